@@ -155,14 +155,4 @@ void ScreenTriangles::draw(int band, const SampleRows& rows, std::uint32_t first
   }
 }
 
-Foot foot(const ScreenTriangle& t, double x, double y) {
-  const auto at = [&](const ScreenPlane& p) { return p.value + x * p.dx + y * p.dy; };
-  const double depth = 1.0 / at(t.inverse);
-  double second = std::clamp(at(t.second) * depth, 0.0, 1.0);
-  double third = std::clamp(at(t.third) * depth, 0.0, 1.0);
-  const double sum = second + third;
-  if (sum > 1.0) second /= sum, third /= sum;
-  return {static_cast<float>(second), static_cast<float>(third), static_cast<float>(depth)};
-}
-
 }  // namespace polyhull

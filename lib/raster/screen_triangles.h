@@ -5,6 +5,7 @@
 /// and what is drawn does not depend on the order of the bands.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -77,6 +78,14 @@ class ScreenTriangles {
 struct Foot {
   float second, third, depth;
 };
-Foot foot(const ScreenTriangle& triangle, double x, double y);
+inline Foot foot(const ScreenTriangle& triangle, double x, double y) {
+  const auto at = [&](const ScreenPlane& p) { return p.value + x * p.dx + y * p.dy; };
+  const double depth = 1.0 / at(triangle.inverse);
+  double second = std::clamp(at(triangle.second) * depth, 0.0, 1.0);
+  double third = std::clamp(at(triangle.third) * depth, 0.0, 1.0);
+  const double sum = second + third;
+  if (sum > 1.0) second /= sum, third /= sum;
+  return {static_cast<float>(second), static_cast<float>(third), static_cast<float>(depth)};
+}
 
 }  // namespace polyhull

@@ -2,6 +2,7 @@
 #include "render/processor/skin.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -206,68 +207,88 @@ SkinView Skin::look_through(const Mesh& mesh, int number) const {
   return out;
 }
 
-// How many pixels of the view a pixel of the picture spans at each chosen point (view_picture.h).
-void Skin::find_levels(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
+// Which of a view's points are blended, and how many of its pixels a pixel of the picture spans there
+// (view_picture.h).
+void Skin::choose(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
   const SkinView& view = views_[slot];
   const float* const row = view.pixel_from_local[2];
   const float factor = static_cast<float>(pixel_size_) * view.fx;
   const auto most = static_cast<float>(smaller_[slot].size());
-  s.levels.resize(std::max(s.levels.size(), s.chosen.size()));
-  for (std::size_t j = 0; j < s.chosen.size(); ++j) {
-    const std::size_t i = s.chosen[j] / 4;
-    const Vec3f& place = items[i].place;
-    const float depth = row[0] * place.x + row[1] * place.y + row[2] * place.z + row[3];
-    const float spans = std::max(1.0f, factor * items[i].depth / depth);  // 1 for no number
-    const int whole = std::ilogb(spans);
-    s.levels[j] = std::min(static_cast<float>(whole - 1) + std::ldexp(spans, -whole), most);
+  const std::size_t first_of_ribbon = 4 * items.first_of_ribbon;
+  const std::uint32_t* const entries = s.entries.data();
+  const float *const weights = s.weights.data(), *const u = s.u.data(), *const v = s.v.data();
+  const float *const x = s.x.data(), *const y = s.y.data(), *const z = s.z.data();
+  std::uint32_t* const chosen = s.chosen.data();
+  float *const chosen_u = s.chosen_u.data(), *const chosen_v = s.chosen_v.data();
+  float* const levels = s.levels.data();
+  std::size_t n = 0;
+  for (std::size_t j = s.first_of_slot[slot]; j < s.end_of_slot[slot]; ++j) {
+    const std::uint32_t entry = entries[j];
+    chosen[n] = entry;
+    chosen_u[n] = u[j];
+    chosen_v[n] = v[j];
+    const float depth = row[0] * x[j] + row[1] * y[j] + row[2] * z[j] + row[3];
+    const float spans = std::max(1.0f, factor * items[entry / 4].depth / depth);  // 1 for no number
+    // From 1 on a float's exponent and the rest of it are the level and the way to the next.
+    const auto bits = std::bit_cast<std::uint32_t>(spans);
+    const int whole = static_cast<int>(bits >> 23) - 127;
+    const auto rest = std::bit_cast<float>((bits & 0x7fffffu) | 0x3f800000u);
+    levels[n] = std::min(static_cast<float>(whole - 1) + rest, most);
+    n += weights[entry] > 0.0f || entry >= first_of_ribbon;
   }
+  s.chosen_count = n;
 }
 
-// Adds what the view has at the chosen points, whose places are in u and v.
+// Adds what the view has at the chosen points.
 void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
   // Entries go up, and ribbons' points come last.
-  const bool ribbons = !s.chosen.empty() && s.chosen.back() / 4 >= items.first_of_ribbon;
-  const auto colours = [&](const SkinView& view, std::size_t count, float* u, float* v) {
-    loops().fetch(view, static_cast<int>(count), srgb_to_linear_table(), u, v, s.red.data(),
+  const std::size_t count = s.chosen_count;
+  const bool ribbons = count > 0 && s.chosen[count - 1] / 4 >= items.first_of_ribbon;
+  const auto colours = [&](const SkinView& view, std::size_t n, float* u, float* v) {
+    loops().fetch(view, static_cast<int>(n), srgb_to_linear_table(), u, v, s.red.data(),
                   s.green.data(), s.blue.data(), ribbons ? s.alpha.data() : nullptr);
     const Mat3f& colour = colours_[slot];
     if (colour == Mat3f(1.0f)) return;
-    for (std::size_t j = 0; j < count; ++j) {
+    for (std::size_t j = 0; j < n; ++j) {
       const Vec3f light = glm::clamp(colour * Vec3f(s.red[j], s.green[j], s.blue[j]), 0.0f, 1.0f);
       s.red[j] = light.r;
       s.green[j] = light.g;
       s.blue[j] = light.b;
     }
   };
+  const auto add = [&](const std::uint32_t* entries, const float* shares, std::size_t n) {
+    const float *const red = s.red.data(), *const green = s.green.data();
+    const float *const blue = s.blue.data(), *const weights = s.weights.data();
+    glm::vec4* const sums = s.sums.data();
+    for (std::size_t j = 0; j < n; ++j) {
+      const std::uint32_t entry = entries[j];
+      const float share = shares == nullptr ? weights[entry] : shares[j] * weights[entry];
+      sums[entry / 4] += share * glm::vec4(red[j], green[j], blue[j], 0.0f);
+    }
+    for (std::size_t j = 0; ribbons && j < n; ++j)
+      s.alphas[entries[j]] += shares == nullptr ? s.alpha[j] : shares[j] * s.alpha[j];
+  };
   if (smaller_[slot].empty()) {
-    colours(views_[slot], s.chosen.size(), s.u.data(), s.v.data());
-    for (std::size_t j = 0; j < s.chosen.size(); ++j)
-      s.sums[s.chosen[j] / 4] +=
-          s.weights[s.chosen[j]] * glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
-    for (std::size_t j = 0; ribbons && j < s.chosen.size(); ++j) s.alphas[s.chosen[j]] = s.alpha[j];
+    colours(views_[slot], count, s.chosen_u.data(), s.chosen_v.data());
+    add(s.chosen.data(), nullptr, count);
     return;
   }
-  find_levels(slot, items, s);
+  const float* const levels = s.levels.data();
   for (std::size_t level = 0; level <= smaller_[slot].size(); ++level) {
-    s.of_level.clear();
-    s.level_weights.clear();
-    s.level_u.clear();
-    s.level_v.clear();
-    for (std::size_t j = 0; j < s.chosen.size(); ++j) {
-      const float share = 1.0f - std::abs(s.levels[j] - static_cast<float>(level));
-      if (share <= 0.0f) continue;
-      s.of_level.push_back(s.chosen[j]);
-      s.level_weights.push_back(share);
-      s.level_u.push_back(s.u[j]);
-      s.level_v.push_back(s.v[j]);
+    std::uint32_t* const of_level = s.of_level.data();
+    float *const u = s.level_u.data(), *const v = s.level_v.data();
+    float* const shares = s.level_weights.data();
+    std::size_t n = 0;
+    for (std::size_t j = 0; j < count; ++j) {
+      const float share = 1.0f - std::abs(levels[j] - static_cast<float>(level));
+      of_level[n] = s.chosen[j];
+      shares[n] = share;
+      u[n] = s.chosen_u[j];
+      v[n] = s.chosen_v[j];
+      n += share > 0.0f;
     }
-    colours(level == 0 ? views_[slot] : smaller_[slot][level - 1], s.of_level.size(),
-            s.level_u.data(), s.level_v.data());
-    for (std::size_t j = 0; j < s.of_level.size(); ++j)
-      s.sums[s.of_level[j] / 4] += s.level_weights[j] * s.weights[s.of_level[j]] *
-                                   glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
-    for (std::size_t j = 0; ribbons && j < s.of_level.size(); ++j)
-      s.alphas[s.of_level[j]] += s.level_weights[j] * s.alpha[j];
+    colours(level == 0 ? views_[slot] : smaller_[slot][level - 1], n, u, v);
+    add(of_level, shares, n);
   }
 }
 
@@ -284,53 +305,70 @@ void Skin::soften(const SkinItems& items, SkinScratch& s) const {
   }
 }
 
+// Lists what each view may colour.
+void Skin::list_entries(const SkinItems& items, SkinScratch& s) const {
+  const std::size_t count = items.size(), slots = std::max<std::size_t>(views_.size(), 1);
+  s.first_of_slot.assign(slots + 1, 0);
+  for (const SkinItem& item : items)
+    for (std::size_t c = 0; c < 4; ++c)
+      if (item.weights[c] > 0.0f) ++s.first_of_slot[(item.slots >> (8 * c) & 255u) + 1];
+  // One place more than a view needs: what has no weight is written there.
+  for (std::size_t slot = 0; slot < slots; ++slot)
+    s.first_of_slot[slot + 1] += s.first_of_slot[slot] + 1;
+  s.end_of_slot.assign(s.first_of_slot.begin(), s.first_of_slot.end() - 1);
+  const auto room = [](std::size_t size, auto&... arrays) {
+    (arrays.resize(std::max(arrays.size(), size)), ...);
+  };
+  const std::size_t all = s.first_of_slot[slots];
+  room(all, s.entries, s.x, s.y, s.z, s.u, s.v, s.weight, s.chosen, s.chosen_u, s.chosen_v,
+       s.levels, s.of_level, s.level_u, s.level_v, s.level_weights, s.red, s.green, s.blue,
+       s.alpha);
+  s.weights.resize(4 * count);
+  s.sums.resize(count);
+  std::uint32_t* const entries = s.entries.data();
+  float *const x = s.x.data(), *const y = s.y.data(), *const z = s.z.data();
+  float *const weight = s.weight.data(), *const weights = s.weights.data();
+  std::size_t* const ends = s.end_of_slot.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const SkinItem& item = items[i];
+    for (std::size_t c = 0; c < 4; ++c) {
+      std::size_t& end = ends[item.slots >> (8 * c) & 255u];
+      entries[end] = static_cast<std::uint32_t>(4 * i + c);
+      x[end] = item.place.x;
+      y[end] = item.place.y;
+      z[end] = item.place.z;
+      weight[end] = weights[4 * i + c] = item.weights[c];
+      end += item.weights[c] > 0.0f;
+    }
+  }
+}
+
+// View by view, how much of each point it sees.
+void Skin::look(const SkinItems& items, SkinScratch& s) const {
+  const bool plain = items.first_of_ribbon >= items.size() && !items.nearest_where_unseen;
+  for (std::size_t slot = 0; slot < views_.size(); ++slot) {
+    const std::size_t first = s.first_of_slot[slot], end = s.end_of_slot[slot];
+    loops().look(views_[slot],
+                 {static_cast<int>(end - first), &s.x[first], &s.y[first], &s.z[first]},
+                 &s.u[first], &s.v[first], &s.weight[first]);
+    for (std::size_t j = first; plain && j < end; ++j) s.weights[s.entries[j]] = s.weight[j];
+    for (std::size_t j = first; !plain && j < end; ++j) {
+      // A ribbon that no view sees free of the hull takes the nearest one's colours.
+      const std::uint32_t i = s.entries[j] / 4;
+      const bool ribbon = i >= items.first_of_ribbon;
+      const float least = ribbon ? 1e-3f : items.nearest_where_unseen ? 1e-4f : 0.0f;
+      s.weights[s.entries[j]] = s.weight[j] + least * items[i].weights[s.entries[j] % 4];
+    }
+  }
+}
+
 void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) const {
   const std::size_t count = items.size();
   if (count == 0) return;
-  const Loops& best = loops();
-  s.weights.resize(4 * count);
-  s.all_u.resize(4 * count);
-  s.all_v.resize(4 * count);
-  s.sums.resize(count);
+  // First how much each view gives, then with what.
+  list_entries(items, s);
   if (items.first_of_ribbon < count) s.alphas.assign(4 * count, 0.0f);
-  s.entries.resize(std::max(s.entries.size(), views_.size()));
-  for (auto& list : s.entries) list.clear();
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t c = 0; c < 4; ++c) {
-      s.weights[4 * i + c] = items[i].weights[c];
-      if (items[i].weights[c] > 0.0f)
-        s.entries[items[i].slots >> (8 * c) & 255u].push_back(
-            static_cast<std::uint32_t>(4 * i + c));
-    }
-  }
-  const auto room = [](std::size_t size, auto... arrays) {
-    (arrays->resize(std::max(arrays->size(), size)), ...);
-  };
-
-  // View by view, all points that it may colour: first how much, then with what.
-  for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-    const std::vector<std::uint32_t>& list = s.entries[slot];
-    const std::size_t n = list.size();
-    room(n, &s.x, &s.y, &s.z, &s.u, &s.v, &s.weight);
-    for (std::size_t j = 0; j < n; ++j) {
-      const std::uint32_t i = list[j] / 4;
-      s.x[j] = items[i].place.x;
-      s.y[j] = items[i].place.y;
-      s.z[j] = items[i].place.z;
-      s.weight[j] = s.weights[list[j]];
-    }
-    best.look(views_[slot], {static_cast<int>(n), s.x.data(), s.y.data(), s.z.data()}, s.u.data(),
-              s.v.data(), s.weight.data());
-    for (std::size_t j = 0; j < n; ++j) {
-      // A ribbon that no view sees free of the hull takes the nearest one's colours.
-      const std::uint32_t i = list[j] / 4;
-      const bool ribbon = i >= items.first_of_ribbon;
-      const float least = ribbon ? 1e-3f : items.nearest_where_unseen ? 1e-4f : 0.0f;
-      s.weights[list[j]] = s.weight[j] + least * items[i].weights[list[j] % 4];
-      s.all_u[list[j]] = s.u[j];
-      s.all_v[list[j]] = s.v[j];
-    }
-  }
+  look(items, s);
   for (std::size_t i = 0; i < count; ++i) {
     if (items[i].parts == 0) {  // of the point before
       s.sums[i] = glm::vec4(0.0f);
@@ -355,15 +393,7 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
     s.sums[i] = glm::vec4((1.0f - sure) * items[i].fill, 1.0f);
   }
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-    const std::vector<std::uint32_t>& list = s.entries[slot];
-    room(list.size(), &s.u, &s.v, &s.red, &s.green, &s.blue, &s.alpha);
-    s.chosen.clear();
-    for (const std::uint32_t entry : list) {
-      if (s.weights[entry] <= 0.0f && entry / 4 < items.first_of_ribbon) continue;
-      s.u[s.chosen.size()] = s.all_u[entry];
-      s.v[s.chosen.size()] = s.all_v[entry];
-      s.chosen.push_back(entry);
-    }
+    choose(slot, items, s);
     displace(slot, items, s);
     fetch(slot, items, s);
   }

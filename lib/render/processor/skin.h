@@ -44,18 +44,23 @@ struct SkinItems : std::vector<SkinItem> {
   bool nearest_where_unseen = false;
 };
 
-/// A thread's working memory.
+/// A thread's working memory. An entry is 4 * item + candidate.
 struct SkinScratch {
-  std::vector<std::vector<std::uint32_t>> entries;  ///< by slot: 4 * item + candidate
-  std::vector<std::uint32_t> chosen, of_level;
-  std::vector<float> levels;  ///< by chosen entry
+  /// Slot by slot, from first_of_slot on: what each view may colour, where, and how much.
+  std::vector<std::uint32_t> entries;
+  std::vector<float> x, y, z, u, v, weight;
+  std::vector<std::size_t> first_of_slot, end_of_slot;
+  std::vector<float> weights, alphas;  ///< by entry; alphas of ribbons
+  std::vector<glm::vec4> sums;         ///< by item
+  /// What of one view is blended.
+  std::size_t chosen_count = 0;
+  std::vector<std::uint32_t> chosen;
+  std::vector<float> chosen_u, chosen_v, levels, red, green, blue, alpha;
+  /// What of it one level of its pictures gives a share of.
+  std::vector<std::uint32_t> of_level;
   std::vector<float> level_u, level_v, level_weights;
-  std::vector<float> x, y, z, u, v, weight, red, green, blue;
-  std::vector<float> weights, all_u, all_v;  ///< by entry
-  std::vector<float> alpha, alphas;          ///< by chosen entry; by entry, of ribbons
-  std::vector<glm::vec4> sums;
   std::vector<std::uint32_t> moved;  ///< of chosen, by what is displaced
-  std::vector<float> moved_u, moved_v, moved_share;
+  std::vector<float> moved_u, moved_v, moved_share, from_u, from_v;
 };
 
 /// One subject's views and triangles; kept from frame to frame.
@@ -109,9 +114,11 @@ class Skin {
   void add_smaller(const Mesh& mesh, int view, int levels);
   SkinView look_through(const Mesh& mesh, int view) const;
   void look_along(const Mesh& mesh, const Vec3& eye);
+  void list_entries(const SkinItems& items, SkinScratch& scratch) const;
+  void look(const SkinItems& items, SkinScratch& scratch) const;
+  void choose(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
   void displace(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
   void fetch(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
-  void find_levels(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
   void soften(const SkinItems& items, SkinScratch& scratch) const;
 
   HullDrawing drawing_;

@@ -2,8 +2,12 @@
 #include "render/processor/subject_layer.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <span>
+#include <utility>
+
+#include "raytrace/float4.h"
 
 namespace polyhull::processor {
 namespace {
@@ -20,37 +24,36 @@ std::pair<std::uint32_t, bool> leading(const std::uint32_t* seen, int count) {
   return {seen[0] & number_bits, false};
 }
 
-/// Sets the point of a triangle's surface at \p at.
-void set_point(SkinItem& item, const HullVertex* corner, const Foot& at) {
-  const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
-  const float first = 1.0f - at.second - at.third;
-  item.place = first * a.position + at.second * b.position + at.third * c.position;
-  const auto fill = [](const HullVertex& v) { return Vec3f(v.fill[0], v.fill[1], v.fill[2]); };
-  item.fill = (first * fill(a) + at.second * fill(b) + at.third * fill(c)) * (1.0f / 65535.0f);
-}
-
-/// The views of a point of a narrow triangle.
-void set_views(SkinItem& item, const HullVertex* corner, const Foot& at) {
-  const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
-  const float first = 1.0f - at.second - at.third;
-  for (std::size_t k = 0; k < 4; ++k)
-    item.weights[k] = (first * a.weights[k] + at.second * b.weights[k] + at.third * c.weights[k]) *
-                      (1.0f / 65535.0f);
-  item.slots = a.slots[0] | a.slots[1] << 8 | a.slots[2] << 16 |
-               static_cast<std::uint32_t>(a.slots[3]) << 24;
-}
+/// How much of each corner is in a point.
+struct Shares {
+  float first, second, third;
+  explicit Shares(const Foot& at)
+      : first(1.0f - at.second - at.third), second(at.second), third(at.third) {}
+  Vec3f of(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
+    return first * a + second * b + third * c;
+  }
+  /// Of 0..65535 for 0..1.
+  Float4 of(const std::array<std::uint16_t, 4>& a, const std::array<std::uint16_t, 4>& b,
+            const std::array<std::uint16_t, 4>& c) const {
+    const auto wide = [](const std::array<std::uint16_t, 4>& values) {
+      using UShort4 = std::uint16_t __attribute__((vector_size(8)));
+      return __builtin_convertvector(std::bit_cast<UShort4>(values), Float4);
+    };
+    return (first * wide(a) + second * wide(b) + third * wide(c)) * (1.0f / 65535.0f);
+  }
+};
 
 /// The views of the last of \p items, a point of a wide triangle: items for all of them.
 void set_views(SkinItems& items, std::span<const std::array<std::uint16_t, 4>> list,
-               const Foot& at) {
+               const Shares& shares) {
   const SkinItem point = items.back();
   items.pop_back();
-  const float first = 1.0f - at.second - at.third;
   for (std::size_t begin = 0; begin < list.size(); begin += 4) {
     SkinItem& item = items.emplace_back(point);
     for (std::size_t i = 0; i < 4 && begin + i < list.size(); ++i) {
       const auto& [a, b, c, slot] = list[begin + i];
-      item.weights[i] = (first * a + at.second * b + at.third * c) * (1.0f / 65535.0f);
+      item.weights[i] =
+          (shares.first * a + shares.second * b + shares.third * c) * (1.0f / 65535.0f);
       item.slots |= static_cast<std::uint32_t>(slot) << (8 * i);
     }
     item.parts = begin == 0 ? static_cast<std::uint8_t>((list.size() + 3) / 4) : 0;
@@ -72,23 +75,44 @@ void SubjectLayer::Drawn::add(const std::vector<ReadySubject>& subjects, std::si
       const Vec4 point(Vec3(skin.vertex(v + k).position), 1.0);
       corners[k] = {Vec3(from_local * point), glm::dot(plane, point)};
     }
-    triangles.add(corners, static_cast<std::uint32_t>(vertex_of.size()), facing);
-    vertex_of.emplace_back(static_cast<std::uint32_t>(subject), static_cast<std::uint32_t>(v));
+    triangles.add(corners, static_cast<std::uint32_t>(origins.size()), facing);
+    origins.push_back(
+        {static_cast<std::uint32_t>(subject), static_cast<std::uint32_t>(v), skin.wide(v)});
   }
 }
 
 bool SubjectLayer::Drawn::joined(const std::vector<ReadySubject>& subjects, std::uint32_t a,
                                  std::uint32_t b) const {
-  const auto [subject, first] = vertex_of[a];
-  const auto [other_subject, other] = vertex_of[b];
-  return subject == other_subject && subjects[subject].skin.joined(first, other);
+  const Origin &own = origins[a], &other = origins[b];
+  return own.subject == other.subject && subjects[own.subject].skin.joined(own.first, other.first);
+}
+
+void SubjectLayer::Drawn::add_item(const std::vector<ReadySubject>& subjects, std::uint32_t number,
+                                   double x, double y, float share, std::uint32_t pixel,
+                                   std::vector<SkinItems>& items) const {
+  const ScreenTriangle& piece = triangles.piece(number);
+  const Origin& origin = origins[piece.id];
+  const ReadySubject& subject = subjects[origin.subject];
+  const Foot at = foot(piece, x, y);
+  const Shares shares(at);
+  const HullVertex* const corner = &subject.skin.vertex(origin.first);
+  const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
+  SkinItem& item = items[origin.subject].emplace_back();
+  item.place = shares.of(a.position, b.position, c.position);
+  item.fill = to_vector(shares.of(a.fill, b.fill, c.fill));
+  item.depth = at.depth / static_cast<float>(subject.scale);
+  item.share = share;
+  item.pixel = pixel;
+  if (origin.wide) return set_views(items[origin.subject], subject.skin.list(a), shares);
+  item.weights = std::bit_cast<std::array<float, 4>>(shares.of(a.weights, b.weights, c.weights));
+  item.slots = std::bit_cast<std::uint32_t>(a.slots);
 }
 
 void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const SubjectEye& eye, int width,
                         int height) {
   for (Drawn* drawn : {&hulls_, &ribbons_}) {
     drawn->triangles.begin(width, height);
-    drawn->vertex_of.clear();
+    drawn->origins.clear();
   }
   images_.fill(subjects, eye, width, height);
   for (std::size_t s = 0; s < subjects.size(); ++s) {
@@ -135,6 +159,26 @@ void SubjectLayer::hide(const Rectangle& rows, const LayerView& view, const Dept
   }
 }
 
+/// Lists the columns in which any of the samples of a row of pixels has a triangle. The ids of a sample lie
+/// \p pixels after those of the one before. Returns how many there are.
+std::size_t SubjectLayer::find_covered(const std::uint32_t* ids, std::size_t pixels, int samples,
+                                       Scratch& scratch) {
+  const std::size_t width = scratch.covered.size();
+  scratch.together.assign(ids, ids + width);
+  std::uint32_t* const together = scratch.together.data();
+  for (int s = 1; s < samples; ++s) {
+    ids += pixels;
+    for (std::size_t x = 0; x < width; ++x) together[x] &= ids[x];
+  }
+  std::uint32_t* const covered = scratch.covered.data();
+  std::size_t count = 0;
+  for (std::size_t x = 0; x < width; ++x) {
+    covered[count] = static_cast<std::uint32_t>(x);
+    count += together[x] != no_triangle;
+  }
+  return count;
+}
+
 /// Each triangle in a pixel is coloured once, in the middle of its samples; one that has more than half of
 /// them also for those with which it has a corner in common.
 void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows,
@@ -142,48 +186,51 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
                               const std::vector<std::uint32_t>& ids, Scratch& scratch) const {
   const float(*places)[2] = sample_places(samples);
   const float each = 1.0f / static_cast<float>(samples);
-  const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
-  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    std::uint32_t seen[8];
-    int count = 0;
-    for (std::size_t s = 0; s < static_cast<std::size_t>(samples); ++s) {
-      const std::uint32_t number = ids[s * pixels + pixel];
-      if (number != no_triangle) seen[count++] = number | static_cast<std::uint32_t>(s) << 28;
-    }
-    while (count > 0) {
-      const auto [number, leads] = leading(seen, count);
-      float sx = 0.0f, sy = 0.0f;
-      const ScreenTriangle& piece = drawn.triangles.piece(number);
-      const auto [subject, first] = drawn.vertex_of[piece.id];
-      const Skin& skin = subjects[subject].skin;
-      int own = 0, left = 0;
-      for (int i = 0; i < count; ++i) {
-        const std::uint32_t other = seen[i] & number_bits;
-        if (other == number ||
-            (leads && drawn.joined(subjects, piece.id, drawn.triangles.piece(other).id))) {
-          sx += places[seen[i] >> 28][0];
-          sy += places[seen[i] >> 28][1];
-          ++own;
-        } else {
-          seen[left++] = seen[i];
-        }
+  const auto width = static_cast<std::size_t>(rows.width);
+  const std::size_t pixels = width * static_cast<std::size_t>(rows.height);
+  float all_x = 0.0f, all_y = 0.0f;
+  for (int s = 0; s < samples; ++s) all_x += places[s][0], all_y += places[s][1];
+  scratch.covered.resize(width);
+  for (std::size_t first = 0; first < pixels; first += width) {
+    const std::size_t count = find_covered(&ids[first], pixels, samples, scratch);
+    const double y = rows.y + static_cast<double>(first / width);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t column = scratch.covered[i], pixel = first + column;
+      const double x = rows.x + static_cast<double>(column);
+      const auto add = [&](std::uint32_t number, float sx, float sy, int own) {
+        const auto of = static_cast<float>(own);
+        drawn.add_item(subjects, number, x + sx / of, y + sy / of, of * each,
+                       static_cast<std::uint32_t>(pixel), scratch.items);
+      };
+      std::uint32_t seen[8];
+      int left = 0;
+      bool same = true;
+      for (std::size_t s = 0; s < static_cast<std::size_t>(samples); ++s) {
+        const std::uint32_t number = ids[s * pixels + pixel];
+        same = same && number == ids[pixel];
+        if (number != no_triangle) seen[left++] = number | static_cast<std::uint32_t>(s) << 28;
       }
-      count = left;
-      const double x = rows.x + static_cast<double>(pixel % static_cast<std::size_t>(rows.width));
-      const double y = rows.y + static_cast<double>(pixel / static_cast<std::size_t>(rows.width));
-      const Foot at =
-          foot(piece, x + sx / static_cast<float>(own), y + sy / static_cast<float>(own));
-      SkinItems& items = scratch.items[subject];
-      const HullVertex* corner = &skin.vertex(first);
-      SkinItem& item = items.emplace_back();
-      set_point(item, corner, at);
-      item.depth = at.depth / static_cast<float>(subjects[subject].scale);
-      item.share = static_cast<float>(own) * each;
-      item.pixel = static_cast<std::uint32_t>(pixel);
-      if (skin.wide(first))
-        set_views(items, skin.list(*corner), at);
-      else
-        set_views(item, corner, at);
+      if (same) {
+        add(ids[pixel], all_x, all_y, samples);
+        continue;
+      }
+      while (left > 0) {
+        const auto [number, leads] = leading(seen, left);
+        const std::uint32_t id = drawn.triangles.piece(number).id;
+        float sx = 0.0f, sy = 0.0f;
+        const int all = std::exchange(left, 0);
+        for (int k = 0; k < all; ++k) {
+          const std::uint32_t other = seen[k] & number_bits;
+          if (other == number ||
+              (leads && drawn.joined(subjects, id, drawn.triangles.piece(other).id))) {
+            sx += places[seen[k] >> 28][0];
+            sy += places[seen[k] >> 28][1];
+          } else {
+            seen[left++] = seen[k];
+          }
+        }
+        add(number, sx, sy, all - left);
+      }
     }
   }
 }

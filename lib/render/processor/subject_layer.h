@@ -5,7 +5,6 @@
 #pragma once
 
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "raster/screen_triangles.h"
@@ -22,7 +21,7 @@ class SubjectLayer {
   /// A thread's working memory.
   struct Scratch {
     std::vector<float> inverse;
-    std::vector<std::uint32_t> ids, ribbon_ids;
+    std::vector<std::uint32_t> ids, ribbon_ids, together, covered;
     ImageLayer::Scratch images;
     std::vector<SkinItems> items;
     SkinScratch skin;
@@ -46,18 +45,27 @@ class SubjectLayer {
             Scratch& scratch) const;
   void hide(const Rectangle& rows, const LayerView& view, const DepthPicture& depth,
             Scratch& scratch) const;
-  /// Triangles, and by their ids subject and first vertex.
+  /// Triangles, and by their ids what they are of.
   struct Drawn {
+    struct Origin {
+      std::uint32_t subject, first;  // its first vertex
+      bool wide;
+    };
     ScreenTriangles triangles;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> vertex_of;
+    std::vector<Origin> origins;
     void add(const std::vector<ReadySubject>& subjects, std::size_t subject, const SubjectEye& eye,
              std::size_t first, std::size_t last, Facing facing);
     /// Whether the triangles of two ids are of one surface.
     bool joined(const std::vector<ReadySubject>& subjects, std::uint32_t a, std::uint32_t b) const;
+    /// Adds what piece \p number shows at (\p x, \p y) of the screen.
+    void add_item(const std::vector<ReadySubject>& subjects, std::uint32_t number, double x,
+                  double y, float share, std::uint32_t pixel, std::vector<SkinItems>& items) const;
   };
   void find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows, int samples,
                   const Drawn& drawn, const std::vector<std::uint32_t>& ids,
                   Scratch& scratch) const;
+  static std::size_t find_covered(const std::uint32_t* ids, std::size_t pixels, int samples,
+                                  Scratch& scratch);
   void draw_ribbons(int band, const SampleRows& rows, Scratch& scratch) const;
 
   Drawn hulls_, ribbons_;

@@ -40,15 +40,17 @@ void Skin::look_along(const Mesh& mesh, const Vec3& eye) {
   }
 }
 
-// Moves the chosen points, whose places are in u and v and their order in chosen, towards what the
-// others show of them, by the others' shares.
+// Moves the chosen points towards what the others show of them, by the others' shares.
 void Skin::displace(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
+  if (flows_[slot].empty()) return;
+  s.from_u = s.chosen_u;
+  s.from_v = s.chosen_v;
   for (const SkinFlow& flow : flows_[slot]) {
     s.moved.clear();
     s.moved_share.clear();
     s.moved_u.clear();
     s.moved_v.clear();
-    for (std::size_t j = 0; j < s.chosen.size(); ++j) {
+    for (std::size_t j = 0; j < s.chosen_count; ++j) {
       const std::uint32_t entry = s.chosen[j];
       if (entry / 4 >= items.first_of_ribbon) break;  // the mattes stay where they are
       const Blend blend = blend_of(items, s.weights, entry / 4);
@@ -58,16 +60,16 @@ void Skin::displace(std::size_t slot, const SkinItems& items, SkinScratch& s) co
           continue;
         s.moved.push_back(static_cast<std::uint32_t>(j));
         s.moved_share.push_back(s.weights[e] * flow.towards / std::max(others, 0.25f * blend.sum));
-        s.moved_u.push_back(s.all_u[entry]);
-        s.moved_v.push_back(s.all_v[entry]);
+        s.moved_u.push_back(s.from_u[j]);
+        s.moved_v.push_back(s.from_v[j]);
       }
     }
     loops().displace(flow, static_cast<int>(s.moved.size()), s.moved_share.data(), s.moved_u.data(),
                      s.moved_v.data());
     for (std::size_t n = 0; n < s.moved.size(); ++n) {
-      const std::uint32_t j = s.moved[n], entry = s.chosen[j];
-      s.u[j] += s.moved_u[n] - s.all_u[entry];
-      s.v[j] += s.moved_v[n] - s.all_v[entry];
+      const std::uint32_t j = s.moved[n];
+      s.chosen_u[j] += s.moved_u[n] - s.from_u[j];
+      s.chosen_v[j] += s.moved_v[n] - s.from_v[j];
     }
   }
 }
