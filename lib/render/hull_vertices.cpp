@@ -30,6 +30,13 @@ bool can_colour(const View& view) {
 }
 
 VertexFill::VertexFill(const Mesh& mesh) {
+  static const auto levels = [] {
+    std::array<std::uint16_t, 256> of;
+    for (int code = 0; code < 256; ++code)
+      of[code] = fixed(srgb_to_linear(static_cast<std::uint8_t>(code)));
+    return of;
+  }();
+  levels_ = levels.data();
   const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
   if (texturing && !texturing->fill.empty() && texturing->fill.size() == mesh.hull.vertices.size())
     colours_ = &texturing->fill;
@@ -40,10 +47,7 @@ VertexFill::VertexFill(const Mesh& mesh) {
 std::array<std::uint16_t, 4> VertexFill::operator()(std::uint32_t vertex) const {
   if (!colours_) return plain_;
   const std::uint32_t rgba = (*colours_)[vertex];
-  const auto linear = [rgba](int channel) {
-    return fixed(srgb_to_linear(static_cast<std::uint8_t>(rgba >> (8 * channel))));
-  };
-  return {linear(0), linear(1), linear(2), 0};
+  return {levels_[rgba & 255], levels_[rgba >> 8 & 255], levels_[rgba >> 16 & 255], 0};
 }
 
 float fill_range(const Mesh& mesh) {
@@ -129,15 +133,16 @@ void rank_views(const std::uint32_t* corner, const Vec3f& a, const Vec3f& cross,
                 const std::vector<Vec3f>& centres, const ViewWeights& weights,
                 std::vector<std::pair<float, std::size_t>>& ranked) {
   constexpr float least = 0.5f / 65535.0f;  // less is no weight in a HullVertex
-  for (const bool facing_only : {true, false}) {
-    ranked.clear();
-    for (std::size_t k = 0; k < centres.size(); ++k) {
-      const float top =
-          std::max({weights(corner[0], k), weights(corner[1], k), weights(corner[2], k)});
-      if (top >= least && (!facing_only || glm::dot(cross, centres[k] - a) > 0.0f))
-        ranked.emplace_back(top, k);
-    }
-    if (!ranked.empty()) break;
+  ranked.clear();
+  bool any_faces = false;
+  for (std::size_t k = 0; k < centres.size(); ++k) {
+    const float top =
+        std::max(std::max(weights(corner[0], k), weights(corner[1], k)), weights(corner[2], k));
+    if (!(top >= least)) continue;
+    const bool faces = glm::dot(cross, centres[k] - a) > 0.0f;
+    if (faces && !any_faces) ranked.clear();
+    any_faces = any_faces || faces;
+    if (faces == any_faces) ranked.emplace_back(top, k);
   }
   std::sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) {
     return x.first > y.first || (x.first == y.first && x.second < y.second);

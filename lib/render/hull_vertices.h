@@ -59,6 +59,7 @@ class VertexFill {
 
  private:
   const std::vector<std::uint32_t>* colours_ = nullptr;  // null: all the same
+  const std::uint16_t* levels_;                          // by code
   std::array<std::uint16_t, 4> plain_{};
 };
 

@@ -19,20 +19,31 @@ std::uint32_t alpha(std::uint32_t pixel) {
   return pixel >> 24;  // RGBA bytes read as a little-endian word
 }
 
-/// The mean colour of the covered neighbours of p; false: there is none.
+/// The mean colour of the covered neighbours of p, which is not; false: there is none.
 bool mean_of_neighbours(const std::vector<std::uint32_t>& pixels, std::size_t p, std::size_t stride,
                         std::uint32_t& mean) {
-  const std::size_t around[] = {p - stride - 1, p - stride,     p - stride + 1, p - 1,
-                                p + 1,          p + stride - 1, p + stride,     p + stride + 1};
-  std::uint32_t red = 0, green = 0, blue = 0, count = 0;
-  for (const std::size_t q : around) {
-    const std::uint32_t pixel = pixels[q];
-    if (alpha(pixel) < covered) continue;
-    red += pixel & 0xff;
-    green += pixel >> 8 & 0xff;
-    blue += pixel >> 16 & 0xff;
-    ++count;
+  using Int4 = std::int32_t __attribute__((vector_size(16)));
+  using Bytes = std::uint8_t __attribute__((vector_size(16)));
+  using Shorts = std::uint16_t __attribute__((vector_size(32)));
+  // Four pixels at a time of each row; the fourth, which does not count, lies where there is memory.
+  Shorts sum{};
+  for (int row = -1; row <= 1; ++row) {
+    Int4 four;
+    std::memcpy(&four,
+                pixels.data() + p + row * static_cast<std::ptrdiff_t>(stride) - (row > 0 ? 2 : 1),
+                sizeof four);
+    const Int4 beside = row > 0 ? Int4{0, -1, -1, -1} : Int4{-1, -1, -1, 0};
+    const Int4 counts = beside & ((four >> 24 & 255) >= static_cast<int>(covered));
+    four = counts & ((four & 0xffffff) | 1 << 24);
+    Bytes bytes;
+    std::memcpy(&bytes, &four, sizeof bytes);
+    sum += __builtin_convertvector(bytes, Shorts);
   }
+  // All channels, and how many there are.
+  const auto of = [&](int c) -> std::uint32_t {
+    return sum[c] + sum[4 + c] + sum[8 + c] + sum[12 + c];
+  };
+  const std::uint32_t red = of(0), green = of(1), blue = of(2), count = of(3);
   if (count == 0) return false;
   const std::uint32_t half = count / 2, inverse = 65536 / count + 1;  // exact for so small sums
   mean = 0xff000000u | ((blue + half) * inverse >> 16) << 16 |
@@ -114,17 +125,23 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
       if (screen) pixels[p] = without(*screen, pixels[p]);
     }
   }
+  // Which pixels are covered, or will be; the border stays as it is.
+  thread_local std::vector<std::uint8_t> memory;
+  memory.resize(pixels.size());
+  std::uint8_t* const done = memory.data();
+  const auto find_covered = [](const std::uint32_t* from, std::size_t count,
+                               std::uint8_t* __restrict to) {
+    for (std::size_t p = 0; p < count; ++p) to[p] = alpha(from[p]) >= covered;
+  };
+  find_covered(pixels.data(), pixels.size(), done);
   // A row's pixels that are next to the matte, found without branches, are few.
-  std::vector<std::uint8_t> flags((stride + 7) / 8 * 8, 0);
+  std::vector<std::uint8_t> flags(stride + 8, 0);
   std::uint8_t* const __restrict beside = flags.data();
   for (std::size_t y = 1; y <= height; ++y) {
-    const std::uint32_t* row = pixels.data() + y * stride;
-    const std::uint32_t *above = row - stride, *below = row + stride;
-    for (std::size_t x = 1; x <= width; ++x) {
-      const std::uint32_t sides = std::max(row[x - 1], row[x + 1]);
-      const std::uint32_t ends = std::max(above[x], below[x]);
-      beside[x] = alpha(row[x]) < covered && alpha(std::max(sides, ends)) >= covered;
-    }
+    const std::uint8_t* row = done + y * stride;
+    const std::uint8_t *above = row - stride, *below = row + stride;
+    for (std::size_t x = 1; x <= width; ++x)
+      beside[x] = (row[x - 1] | row[x + 1] | above[x] | below[x]) & ~row[x];
     for (std::size_t x = 0; x <= width; x += 8) {
       std::uint64_t any;
       std::memcpy(&any, &beside[x], sizeof any);
@@ -132,6 +149,10 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
         ring.push_back(y * stride + x + static_cast<std::size_t>(std::countr_zero(any)) / 8);
     }
   }
+  std::fill_n(done, stride, std::uint8_t{1});
+  std::fill_n(done + (height + 1) * stride, stride, std::uint8_t{1});
+  for (std::size_t y = 1; y <= height; ++y) done[y * stride] = done[y * stride + width + 1] = 1;
+  for (const std::size_t p : ring) done[p] = 1;
   for (int round = 0; round < reach && !ring.empty(); ++round) {
     colours.resize(ring.size());
     for (std::size_t i = 0; i < ring.size(); ++i)
@@ -143,13 +164,10 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
     }
     for (const std::size_t p : ring) {
       for (const std::size_t q : {p - 1, p + 1, p - stride, p + stride}) {
-        const std::size_t x = q % stride, y = q / stride;
-        if (x < 1 || x > width || y < 1 || y > height || alpha(pixels[q]) >= covered) continue;
-        next.push_back(q);
+        if (!done[q]) next.push_back(q);
+        done[q] = 1;
       }
     }
-    std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end()), next.end());
     ring.swap(next);
   }
   if (!soft) return;
