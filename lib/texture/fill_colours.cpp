@@ -152,20 +152,28 @@ void FillColours::relax() {
     const float sum = weight + hold;
     fixed[n] = glm::vec4(open.given + hold * own.colour, sum > 0.0f ? 1.0f / sum : 0.0f);
   }
+  using Float4 = float __attribute__((vector_size(16)));
+  std::vector<Float4> colours(colours_.size());  // all channels at a time
+  for (std::size_t n = 0; n < colours.size(); ++n)
+    colours[n] = Float4{colours_[n].x, colours_[n].y, colours_[n].z, 0.0f};
   for (int sweep = 0; sweep < sweeps; ++sweep) {
-    float most = 0.0f;
+    Float4 most{};
     for (std::size_t i = 0; i < order_.size(); ++i) {
       const std::uint32_t n = order_[sweep % 2 == 0 ? i : order_.size() - 1 - i];
-      if (!(fixed[n].w > 0.0f)) continue;
-      Vec3f sum(fixed[n]);
+      const glm::vec4& start = fixed[n];
+      if (!(start.w > 0.0f)) continue;
+      Float4 sum{start.x, start.y, start.z, 0.0f};
       for (std::uint32_t e = open_[n].first_edge; e < open_[n + 1].first_edge; ++e)
-        sum += edges_[e].weight * colours_[edges_[e].to];
-      const Vec3f change = sum * fixed[n].w - colours_[n];
-      colours_[n] += over * change;
-      most = std::max({most, std::abs(change.x), std::abs(change.y), std::abs(change.z)});
+        sum += edges_[e].weight * colours[edges_[e].to];
+      const Float4 change = sum * start.w - colours[n];
+      colours[n] += over * change;
+      const Float4 size = change < 0.0f ? -change : change;
+      most = size > most ? size : most;
     }
-    if (most < still) break;
+    if (std::max({most[0], most[1], most[2]}) < still) break;
   }
+  for (const std::uint32_t n : order_)
+    colours_[n] = Vec3f(colours[n][0], colours[n][1], colours[n][2]);
 }
 
 std::vector<std::uint32_t> FillColours::find(const Hull& hull, std::span<const Camera> cameras,
