@@ -37,7 +37,7 @@ struct PieceShape {
 };
 
 /// The side of a cell of rims, texels.
-inline constexpr int rim_cell = 4;
+inline constexpr int rim_cell = 8;
 
 /// What the grid says of a piece.
 enum class Judged : std::uint8_t {
@@ -59,6 +59,16 @@ struct Occluders {
   int count = 0;
   const float *left, *right, *top, *bottom, *nearest;  ///< as PieceShape has them
   const std::uint32_t* piece;                          ///< which each is
+};
+
+/// Distances in a map of what a view sees: those from a texel to the next, and more than any.
+inline constexpr int texel_distance = 10, far_away = 1 << 20;
+
+/// What turns depths and distances into an OcclusionMap's values.
+struct MapScale {
+  int width, height;   ///< texels, at least 2 x 1
+  float margin, ramp;  ///< texels: where the fade begins to rise, and how far it rises
+  float near, scale;   ///< depth of value 0, values to a unit of depth
 };
 
 /// Points of a mesh: x, y, z one after the other.
@@ -120,6 +130,16 @@ struct TextureLoops {
   /// angle between them and the ways to \p eye.
   void (*weigh)(const MeshPoints& points, const float* normals, const float* eye, const float* sums,
                 float* weights);
+
+  /// Sets \p distance to 0 on texels without surface (\p depth 0) and beside a jump: where depth changes
+  /// by more than \p most times the smaller one from one texel to the next; else to far_away.
+  void (*mark_jumps)(const float* depth, int width, int height, float most, int* distance);
+  /// Distances to the nearest texel that is 0, straight on and diagonally.
+  void (*spread_distances)(int* distance, int width, int height);
+  /// A map's fade from the distances, and its depths, each the farthest of a texel and those around it;
+  /// \p wide has room for as many.
+  void (*finish_texels)(const float* depth, const int* distance, const MapScale& map, float* wide,
+                        std::uint16_t* depths, std::uint8_t* fade);
 };
 
 const TextureLoops& baseline_texture_loops();

@@ -372,7 +372,7 @@ void Seer::look(const Hull& hull, const MeshFaces& faces, const Camera& camera, 
   } else if (s.project(hull, camera, settings.map_size, out.map)) {
     s.cut(hull, faces, camera, out);
     s.judge_all(hull, camera, out);
-    if (settings.map) finish_map(s.grid, s.finer, camera, settings.fade_width, out.map);
+    if (settings.map) finish_map(s.grid, s.finer, camera, settings.fade_width, out.map, s.loops);
   }
   for (std::size_t f = 0; f < count; ++f) {
     if (!(out.cosine[f] > edge_on)) continue;
