@@ -114,9 +114,9 @@ fi
   polyhull_source=$copy polyhull_configure "$build" -Dbuildtype=release -Dtests=true -Dcalibration=enabled
 trap 'git -C "$copy" checkout --quiet -- .' EXIT
 
-# As tests/run.sh runs them: without the long cases. One case that fails is enough.
-GTEST_FILTER=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
-export GTEST_FILTER GTEST_FAIL_FAST=1
+# Without the long cases first, as tests/run.sh runs them. One case that fails is enough.
+short=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
+export GTEST_FILTER=$short GTEST_FAIL_FAST=1
 
 # run_tests TEST...: 0 where all pass, 125 where something does not build. Builds what these need.
 run_tests() { meson test -C "$build" "$@" > "$build/mutant.log" 2>&1 < /dev/null; }
@@ -137,16 +137,19 @@ for i in "${picked[@]}"; do
   rm "$file.mutant"
   start=$SECONDS
   code=0
-  # One test after the other, the nearest first: one that notices is enough.
-  for test in ${tests[i - 1]}; do
-    run_tests "$test" || code=$?
-    [ "$code" -eq 0 ] || break
+  # One test after the other, the nearest first, the long cases last: one that notices is enough.
+  for GTEST_FILTER in "$short" '*'; do
+    for test in ${tests[i - 1]}; do
+      run_tests "$test" || code=$?
+      [ "$code" -eq 0 ] || break 2
+    done
   done
   case $code in
     0) verdict=SURVIVED survived+=("${names[i - 1]}") ;;
     125) verdict='NOT JUDGED: it does not build' unjudged+=("${names[i - 1]}") ;;
-    *) verdict="killed by $test" killed=$((killed + 1)) ;;
+    *) verdict="killed by $test" killed=$((killed + 1)); [ "$GTEST_FILTER" = "$short" ] || verdict+=' --long' ;;
   esac
+  GTEST_FILTER=$short
   printf '%3d  %-36s %s (%d s)\n' "$i" "${names[i - 1]}" "$verdict" $((SECONDS - start))
   git -C "$copy" checkout --quiet -- "${files[i - 1]}"
 done
