@@ -197,5 +197,100 @@ TEST(KeyEdges, GivenColoursHoldEverywhere) {
   EXPECT_GT(area(size), 0.1);
 }
 
+// Of a screen of two hues in squares no square is like the rest.
+TEST(KeyEdges, AScreenOfTwoHuesIsKeyedAllTheSame) {
+  const test::Frame frame = test::make_frame(FrameFormat::rgbx, 320, 160, [](int x, int y) {
+    if (x % 64 < 24) return red;
+    return (x / 16 + y / 16) % 2 == 0 ? Colour{60, 200, 40} : Colour{40, 200, 60};
+  });
+  Keyer keyer;
+  keyer.set({});
+  Matte matte;
+  for (int i = 0; i < 2; ++i) keyer.key(frame.view, matte);
+  for (int y = 0; y < 160; ++y)
+    for (int x = 0; x < 320; ++x)
+      if (x % 64 < 24)
+        ASSERT_GT(matte.row(y)[x], 200) << x << "," << y;
+      else
+        ASSERT_LT(matte.row(y)[x], 60) << x << "," << y;
+}
+
+// A dull fold of an empty stage is no subject, before somebody comes and after.
+TEST(KeyEdges, AFoldIsNotTakenForTheSubject) {
+  const Stage stage{{red, brown}};
+  const auto frame = [&](bool empty) {
+    return test::make_frame(FrameFormat::bgrx, stage.width() + 128, size, [&](int x, int y) {
+      if (x < stage.width()) return stage.colour(x, y, empty ? 0.0 : stage.alpha(x, y));
+      return x > stage.width() + 40 && x < stage.width() + 80 ? Colour{22, 62, 27} : screen;
+    });
+  };
+  Keyer keyer;
+  keyer.set({});
+  Matte matte;
+  keyer.key(frame(true).view, matte);
+  EXPECT_EQ(keyer.calibration().foreground, Rgb{});
+  keyer.key(frame(false).view, matte);
+  double sum = 0.0;
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < stage.width(); ++x) sum += matte.row(y)[x] / 255.0 - stage.alpha(x, y);
+  EXPECT_NEAR(sum / (4.0 * std::numbers::pi * 41.3), 0.0, 0.03);
+}
+
+TEST(KeyEdges, TheSamePictureAgainIsKeyedTheSame) {
+  for (const FrameFormat format : {FrameFormat::bgrx, FrameFormat::nv12}) {
+    const Stage stage{{white, yellow}, 0.2, true, 4.0};
+    const test::Frame frame = stage.frame(format, stage.width());
+    Keyer keyer;
+    keyer.set({});
+    Matte first, again;
+    keyer.key(frame.view, first);
+    for (int i = 0; i < 3; ++i) keyer.key(frame.view, again);
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < stage.width(); ++x)
+        ASSERT_EQ(first.row(y)[x], again.row(y)[x]) << name_of(format) << " " << x << "," << y;
+  }
+}
+
+TEST(KeyEdges, ColoursAreStraightWithoutDespillAndBeforeAPlate) {
+  const Stage stage{{white, black}};
+  const test::Frame frame = stage.frame(FrameFormat::rgbx, stage.width());
+  auto plate = std::make_shared<Picture>(Picture{stage.width(), size, 3, {}});
+  for (int i = 0; i < stage.width() * size; ++i)
+    for (const double c : screen) plate->pixels.push_back(static_cast<std::uint8_t>(c));
+  KeySettings settings;
+  settings.spill = 0.0;
+  for (const bool with_plate : {false, true}) {
+    if (with_plate) settings.plate = plate;
+    Keyer keyer;
+    keyer.set(settings);
+    Matte matte;
+    keyer.key(frame.view, matte);
+    std::vector<std::uint8_t> rgba(static_cast<std::size_t>(4 * stage.width() * size));
+    keyer.write_rgba(frame.view, matte, {0, 0, stage.width(), size}, KeyView::composite,
+                     rgba.data(), 4 * stage.width());
+    double sum = 0.0, count = 0.0;
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < stage.width(); ++x) {
+        const double alpha = stage.alpha(x, y);
+        if (alpha < 0.2 || alpha > 0.8) continue;
+        const Colour truth = stage.disks[static_cast<std::size_t>(x / size)];
+        for (std::size_t c = 0; c < 3; ++c)
+          sum += std::abs(rgba[4 * static_cast<std::size_t>(y * stage.width() + x) + c] - truth[c]);
+        count += 3.0;
+      }
+    EXPECT_LT(sum / count, with_plate ? 12.0 : 6.0);
+  }
+}
+
+TEST(KeyEdges, BlackMayBeGivenAsForeground) {
+  KeySettings settings;
+  settings.foreground = Rgb{0, 0, 0};
+  Keyer keyer;
+  keyer.set(settings);
+  Matte matte;
+  keyer.key(Stage{{red, brown}}.frame(FrameFormat::bgrx, 2 * size).view, matte);
+  EXPECT_EQ(keyer.calibration().foreground, (Rgb{0, 0, 0}));
+}
+
 }  // namespace
 }  // namespace polyhull
