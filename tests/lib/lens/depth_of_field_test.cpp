@@ -131,9 +131,44 @@ TEST(DepthOfField, TheSubjectAlone) {
   EXPECT_GE(found, sharp + 3.0);
 }
 
+const Stage& behind_a_pillar() {
+  static const Stage made(look_at({-1.2, 1.3, 4.2}, {-0.3, 1.0, 0}, 42.0, width, height));
+  return made;
+}
+
+// What is nearer than 3 m, the pillar above all, is white, all else dark, the subject too: the pillar's
+// blur lies over it as over the wall.
+TEST(DepthOfField, WhatIsBeforeTheSubjectIsBlurredOverIt) {
+  const Stage& of = behind_a_pillar();
+  Picture without = of.without;
+  for (std::size_t i = 0; i < without.pixels.size(); ++i)
+    without.pixels[i] = of.depths.scene()[i / 4] > 1.0f / 3.0f ? 220 : 20;
+  const Picture with = without;  // the subject looks as what it hides
+  const auto drawn = [&](const DepthLayers& depths) {
+    LightLayers sharp, focused;
+    sharp.read(depths, {without.pixels.data(), with.pixels.data(), 4 * width});
+    DepthOfField().apply(of.camera, lens_of(0.1, 4.2), depths, sharp, false, focused);
+    Picture out = with;
+    focused.write(with.pixels.data(), 4 * width, out.pixels.data(), 4 * width);
+    return out;
+  };
+  RenderFrame empty = of.frame;
+  empty.subjects.clear();
+  DepthLayers scene;
+  scene.set(empty, {});
+  const Picture both = drawn(of.depths), alone = drawn(scene);
+  int most = 0, blurred = 0;
+  for (std::size_t i = 0; i < both.pixels.size(); i += 4) {
+    most = std::max(most, std::abs(both.pixels[i] - alone.pixels[i]));
+    blurred += of.depths.coverage()[i / 4] == 1.0f && alone.pixels[i] > 40;
+  }
+  EXPECT_LE(most, 2);
+  EXPECT_GT(blurred, 50);
+}
+
 // A blurred pillar stands before the subject, and a sharp one before a blurred subject.
 TEST(DepthOfField, TheSubjectBehindAPillar) {
-  const Stage of(look_at({-1.2, 1.3, 4.2}, {-0.3, 1.0, 0}, 42.0, width, height));
+  const Stage& of = behind_a_pillar();
   for (const double focus : {4.2, 2.6}) {
     const ViewportLens lens = lens_of(0.1, focus);
     const Picture drawn = test::drawn(of, lens), truth = test::truth(of, lens);
