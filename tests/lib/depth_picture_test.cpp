@@ -93,16 +93,17 @@ TEST_P(DepthPictureTest, BackendsAgree) {
   EXPECT_GT(parts, 5);  // so many of the planes cut it
 }
 
-// With a lens that distorts, of the picture as it comes and goes out.
+// With a lens that distorts, of the picture as it comes and goes out: a border far from the middle.
 TEST_P(DepthPictureTest, GoesThroughTheLens) {
   const auto renderer = make_renderer();
   stage_.frame.viewport.distortion = {-0.2, 0.05, 0.0, 0.0};
+  constexpr int border = height / 4, beside = 4;  // beside it pixels are put together of both sides
   const auto draw_lens = [&](float inverse) {
     RenderFrame frame = stage_.frame;
     if (inverse > 0.0f) {
       auto depth = std::make_shared<DepthPicture>(DepthPicture{width, height, {}});
       for (int i = 0; i < width * height; ++i)
-        depth->inverse.push_back(i % width < width / 2 ? inverse : 0.0f);
+        depth->inverse.push_back(i < width * border ? inverse : 0.0f);
       frame.depth = depth;
     }
     LensPicture lens;
@@ -117,12 +118,14 @@ TEST_P(DepthPictureTest, GoesThroughTheLens) {
               });
     return out;
   };
-  const Picture open = draw_lens(0.0f), half = draw_lens(5.0f);
-  constexpr int beside = 4;  // the border's pixels are put together of both sides
-  ASSERT_FALSE(same(open, stage_.background, 0, width / 2 - beside));
-  ASSERT_FALSE(same(open, stage_.background, width / 2 + beside, width));
-  EXPECT_TRUE(same(half, stage_.background, 0, width / 2 - beside));
-  EXPECT_TRUE(same(half, open, width / 2 + beside, width));
+  const Picture open = draw_lens(0.0f), part = draw_lens(5.0f);
+  const auto same_rows = [](const Picture& a, const Picture& b, int y0, int y1) {
+    return std::memcmp(a.row(y0), b.row(y0), 4 * std::size_t{width} * (y1 - y0)) == 0;
+  };
+  ASSERT_FALSE(same_rows(open, stage_.background, border - beside - 1, border - beside));
+  ASSERT_FALSE(same_rows(open, stage_.background, border + beside, border + beside + 1));
+  EXPECT_TRUE(same_rows(part, stage_.background, 0, border - beside));
+  EXPECT_TRUE(same_rows(part, open, border + beside, height));
 }
 
 // For depth of field: the nearer of what the scene has and what the picture tells.
