@@ -61,11 +61,8 @@ void trace_view(const OutlineView& view, std::span<const Level> parts, ContactRa
       const double length = glm::length(b - a);
       if (!(length > 1e-6)) continue;
       const Vec3 from = direction(a), to = direction(b);
-      Vec3 normal = glm::normalize(glm::cross(from, to));
-      // The silhouette is on the left of the edge as seen on the screen, y down.
-      const Vec2 way = (b - a) / length;
-      if (glm::dot(direction(0.5 * (a + b) + 2.0 * Vec2(way.y, -way.x)), normal) > 0.0)
-        normal = -normal;
+      // Out of the cone: the silhouette is on the left of the edge as seen on the screen, y down.
+      const Vec3 normal = glm::normalize(glm::cross(from, to));
       const int count = std::max(1, static_cast<int>(std::lround(length / view.spacing)));
       for (int k = 0; k < count; ++k) {
         ContactRay ray;
