@@ -164,7 +164,7 @@ struct Keyer::State {
   void unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const;
   // The variance of noise over that of the subject's colours.
   float doubt() const;
-  bool straightens() const { return despills() && method == KeyMethod::soft; }
+  bool straightens() const { return method == KeyMethod::soft; }
   bool despills() const { return settings.spill > 0.0 && method != KeyMethod::difference; }
   void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, const RowKey& key,
                        std::uint8_t* alpha, BlockState* states) const;

@@ -251,13 +251,14 @@ TEST(KeyEdges, TheSamePictureAgainIsKeyedTheSame) {
   }
 }
 
-TEST(KeyEdges, ColoursAreStraightBeforeAPlate) {
+TEST(KeyEdges, ColoursAreStraightWithoutDespillAndBeforeAPlate) {
   const Stage stage{{white, black}};
   const test::Frame frame = stage.frame(FrameFormat::rgbx, stage.width());
   auto plate = std::make_shared<Picture>(Picture{stage.width(), size, 3, {}});
   for (int i = 0; i < stage.width() * size; ++i)
     for (const double c : screen) plate->pixels.push_back(static_cast<std::uint8_t>(c));
   KeySettings settings;
+  settings.spill = 0.0;
   for (const bool with_plate : {false, true}) {
     if (with_plate) settings.plate = plate;
     Keyer keyer;
