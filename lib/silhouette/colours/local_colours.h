@@ -6,7 +6,7 @@
 /// Some rows are sampled. A pixel is taken for screen or for subject where its signal is, and where
 /// those of the pixels beside it are, too, so that no edge counts. A tile's screen is the mean of its
 /// samples, if they are as alike as the camera's noise lets them be, which hair before a screen is not;
-/// it stays where it is hidden later. The light on a screen changes slowly: a tile that shows none has the quadratic polynomial
+/// it stays. The light on a screen changes slowly: a tile that shows none has the quadratic polynomial
 /// of position that fits the others, and the mean of what these differ from it around the tile.
 ///
 /// A tile's subject is the mean of what this frame shows of it in the tile and, half as much, in those
@@ -31,7 +31,6 @@ class LocalColours {
     Vec3f subject{0.0f};  ///< with has_subject
     bool has_subject = false;
     bool seen = false;            ///< the screen was seen in this tile
-    bool varies = false;          ///< and its light varies within the tile, which is not fitted
     float spread = 0.0f;          ///< of its signal, beyond noise, in the numbers of add_row()
     float subject_spread = 0.0f;  ///< likewise
   };
@@ -113,7 +112,7 @@ class LocalColours {
   bool has_screen_ = false;
   int screen_signal_ = 0;
   double noise_ = 0.0;
-  std::vector<Tile> tiles_, before_;
+  std::vector<Tile> tiles_;
   std::vector<Sum> screens_, subjects_, smooth_, beside_;
   std::vector<std::vector<Sum>> levels_;
   std::vector<Mixed> mixed_;

@@ -46,7 +46,11 @@ void Mixing::add(const Vec3f& screen, const Vec3f& subject, const Vec3f& pixel, 
 }
 
 void Mixing::finish_frame() {
-  if (frame_.count >= least && frame_.count > most_.count) most_ = frame_;
+  if (frame_.count >= least) {
+    all_.count += frame_.count;
+    all_.light += frame_.light;
+    all_.numbers += frame_.numbers;
+  }
   frame_ = {};
 }
 

@@ -20,12 +20,12 @@ class Mixing {
  public:
   /// A pixel of a frame between a screen and a subject, in levels; \p noise of a channel in levels.
   void add(const Vec3f& screen, const Vec3f& subject, const Vec3f& pixel, double noise);
-  /// Ends a frame. The one that shows most such pixels counts, so that the same frame again changes
-  /// nothing.
+  /// Ends a frame; one that shows too few such pixels does not count, so that the same frame again
+  /// changes nothing.
   void finish_frame();
   /// Whether enough has been seen.
-  bool is_sure() const { return most_.count >= enough; }
-  bool in_light() const { return most_.light < clearly * most_.numbers; }
+  bool is_sure() const { return all_.count >= enough; }
+  bool in_light() const { return all_.light < clearly * all_.numbers; }
 
  private:
   static constexpr int least = 10, enough = 4000;  // pixels
@@ -35,7 +35,7 @@ class Mixing {
     int count = 0;
     double light = 0.0, numbers = 0.0;  // squared
   };
-  Distances frame_, most_;
+  Distances frame_, all_;
 };
 
 }  // namespace polyhull::silhouette

@@ -125,10 +125,9 @@ Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame,
   RowKey key = forms_for(frame, own);
   const double from = own.of(tile.screen), to = own.of(tile.subject), range = from - to;
   // The subject's least solid parts, a tenth of it, as far as silence does not make them solid.
-  const double spread = tile.subject_spread / plain.unit;
-  const double least = 1.28 * spread - most_spread * range;
-  const double most = most_shift * std::max(range, 0.0);
-  key.ramp = ramp_for(from, to + std::clamp(least, 0.0, most), own.unit, tile.spread / plain.unit);
+  const double least = 1.28 * tile.subject_spread / plain.unit - most_spread * range;
+  key.ramp = ramp_for(from, to + std::clamp(least, 0.0, std::max(most_shift * range, 0.0)),
+                      own.unit, tile.spread / plain.unit);
   if (mixing.in_light() && range > 0.0)
     key.bend = bend_for([&](float alpha) {
       return (from - own.of(silhouette::mixed_in_light(tile.screen, tile.subject, alpha))) / range;

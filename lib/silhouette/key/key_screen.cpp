@@ -19,11 +19,8 @@ using silhouette::most_clipped;
 silhouette::Ramp Keyer::State::ramp_for(double screen, double foreground, double unit,
                                         double spread) const {
   const double range = std::max(screen - foreground, least_range);
-  // At both ends, so that contours stay.
-  const double clip = std::min(most_clipped, 2.5 * spread / range);
-  const double low = std::max(black, clip),
-               high = std::max(std::min(white, 1.0 - clip), low + 0.01);
-  const double from = screen - low * range, levels = range * (high - low);
+  const double clip = std::max(black, std::min(most_clipped, 2.5 * spread / range));
+  const double from = screen - clip * range, levels = range * std::max(white - clip, 0.01);
   const auto fixed = [](double v) {
     return static_cast<std::int16_t>(std::clamp(std::lround(v), -32767l, 32767l));
   };

@@ -54,9 +54,6 @@ std::uint8_t level_of(float v) {
   return static_cast<std::uint8_t>(std::clamp(v + 0.5f, 0.0f, 255.0f));
 }
 
-constexpr double alpha_off =
-    4.5;  // levels: alpha is off by .03 where the subject has several colours
-
 }  // namespace
 
 void Keyer::State::unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const {
@@ -75,8 +72,7 @@ void Keyer::State::unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) 
 }
 
 float Keyer::State::doubt() const {
-  return static_cast<float>(std::max(noise * noise, alpha_off * alpha_off) /
-                            (subject_variation * subject_variation));
+  return static_cast<float>(std::max(noise * noise, 0.5) / (subject_variation * subject_variation));
 }
 
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {

@@ -86,7 +86,7 @@ TEST(KeyEdges, EachColourOfTheSubjectHasItsContour) {
   for (const auto& colours : {std::vector{red, brown}, std::vector{blue, yellow}})
     for (const double uneven : {0.0, 0.15})
       for (const FrameFormat format : {FrameFormat::bgrx, FrameFormat::nv12, FrameFormat::v210})
-        EXPECT_NEAR(bias_of({colours, uneven}, format), 0.0, 0.05)
+        EXPECT_NEAR(bias_of({colours, uneven}, format), 0.0, 0.03)
             << name_of(format) << ", uneven by " << uneven;
 }
 

@@ -266,7 +266,7 @@ TEST(Key, DespillAndViews) {
   EXPECT_GT(alpha, 100);
   EXPECT_LT(alpha, 255);
   // Without the screen's share the green is still more than it may be.
-  EXPECT_EQ(show(KeyView::composite), (std::array<int, 4>{153, 153, 117, alpha}));
+  EXPECT_EQ(show(KeyView::composite), (std::array<int, 4>{154, 154, 117, alpha}));
   EXPECT_EQ(show(KeyView::matte), (std::array<int, 4>{alpha, alpha, alpha, 255}));
   EXPECT_EQ(show(KeyView::spill), (std::array<int, 4>{0, 4, 0, 255}));
   EXPECT_EQ(show(KeyView::status), (std::array<int, 4>{alpha, 64, 255 - alpha, 255}));

@@ -166,7 +166,7 @@ TEST(Silhouette, NoisyChromaSubsampledKeying) {
     double bound;
   };
   const Case cases[] = {{0.0, 0.0, false, 0.03},
-                        {4.0, 0.0, false, 0.032},
+                        {4.0, 0.0, false, 0.03},
                         {4.0, 12.0, false, 0.045},
                         {4.0, 12.0, true, 0.045}};
   std::printf("%-6s %6s %8s %6s %10s %10s\n", "format", "noise", "texture", "given", "mean abs",
