@@ -210,16 +210,11 @@ void LocalColours::find_screens() {
   for (int j = 0; j < down_; ++j)
     for (int i = 0; i < across_; ++i) {
       Tile& t = tiles_[index(i, j)];
-      const bool is_new = t.seen && screens_[index(i, j)].weight > 0.0f;
-      if (!is_new || of_its_colour(t.screen, i, j)) continue;
+      if (!t.seen || of_its_colour(t.screen, i, j)) continue;
       t.seen = false;
       again = true;
     }
-  if (again) {
-    has_screen_ = std::any_of(tiles_.begin(), tiles_.end(), [](const Tile& t) { return t.seen; });
-    if (!has_screen_) return;
-    fit = fitted();
-  }
+  if (again) fit = fitted();
   // Away from the subject: edges of shadows and folds, and light that falls off steeply, vary within a tile.
   const double steep = 0.008 * screen_signal_;
   for (int j = 0; j < down_; ++j)

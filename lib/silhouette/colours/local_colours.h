@@ -63,10 +63,8 @@ class LocalColours {
   const std::vector<Mixed>& mixed() const { return mixed_; }
 
   /// The share of the subject's pixels, away from edges, that have too much of the screen's colour to be told
-  /// from mixtures by themselves; 0 where hardly any is solid.
-  double nearly_solid() const {
-    return solid_ < 4.0 * size() ? 0.0 : nearly_solid_ / (nearly_solid_ + solid_);
-  }
+  /// from mixtures by themselves.
+  double nearly_solid() const { return nearly_solid_ / (nearly_solid_ + solid_ + 1.0); }
   /// From the next frame on these count as the subject's, too.
   void take_nearly_solid() { subject_below_ = 0.45; }
 

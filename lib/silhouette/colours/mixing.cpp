@@ -40,18 +40,9 @@ void Mixing::add(const Vec3f& screen, const Vec3f& subject, const Vec3f& pixel, 
   }
   // Another colour of the subject is far from both.
   if (std::min(numbers, light) > most) return;
-  ++frame_.count;
-  frame_.light += std::min(light, most);
-  frame_.numbers += std::min(numbers, most);
-}
-
-void Mixing::finish_frame() {
-  if (frame_.count >= least) {
-    all_.count += frame_.count;
-    all_.light += frame_.light;
-    all_.numbers += frame_.numbers;
-  }
-  frame_ = {};
+  ++count_;
+  light_ += std::min(light, most);
+  numbers_ += std::min(numbers, most);
 }
 
 }  // namespace polyhull::silhouette

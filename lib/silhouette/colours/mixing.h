@@ -18,24 +18,18 @@ Vec3f mixed_in_light(const Vec3f& screen, const Vec3f& subject, float alpha);
 
 class Mixing {
  public:
-  /// A pixel of a frame between a screen and a subject, in levels; \p noise of a channel in levels.
+  /// A pixel between a screen and a subject, in levels; \p noise of a channel in levels.
   void add(const Vec3f& screen, const Vec3f& subject, const Vec3f& pixel, double noise);
-  /// Ends a frame; one that shows too few such pixels does not count, so that the same frame again
-  /// changes nothing.
-  void finish_frame();
   /// Whether enough has been seen.
-  bool is_sure() const { return all_.count >= enough; }
-  bool in_light() const { return all_.light < clearly * all_.numbers; }
+  bool is_sure() const { return count_ >= enough; }
+  bool in_light() const { return count_ >= least && light_ < clearly * numbers_; }
 
  private:
   static constexpr int least = 10, enough = 4000;  // pixels
   static constexpr double clearly =
       0.55;  // hair that mixes numbers has 0.59, hair that mixes light 0.50
-  struct Distances {
-    int count = 0;
-    double light = 0.0, numbers = 0.0;  // squared
-  };
-  Distances frame_, all_;
+  int count_ = 0;
+  double light_ = 0.0, numbers_ = 0.0;  // squared distances
 };
 
 }  // namespace polyhull::silhouette

@@ -136,8 +136,9 @@ void Keyer::prepare(const FrameView& frame) {
   if (!same_frame || s.fresh_settings || !s.found) s.lay_out(frame);
   s.follow_colours(frame);
   if (s.learning > 0) s.learn(frame);
-  if (s.despills()) s.edges.begin(s.width, s.height);
-  if (s.straightens()) s.keyed.resize(s.width, s.height);
+  if (!s.despills()) return;
+  s.edges.begin(s.width, s.height);
+  s.keyed.resize(s.width, s.height);
 }
 
 void Keyer::State::lay_out(const FrameView& frame) {

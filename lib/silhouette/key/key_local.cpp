@@ -8,10 +8,8 @@
 namespace polyhull {
 namespace {
 
-using silhouette::most_clipped;
 using silhouette::most_spread;
 
-constexpr double hair_lacks = 0.14;         // of solid parts: as much as fur of one colour
 constexpr double most_nearly_solid = 0.15;  // of the subject; pictures with less have up to 0.01
 constexpr double most_shift =
     0.1;  // of the range from screen to subject: more makes outlines too large
@@ -48,7 +46,7 @@ void Keyer::State::learn_from_colours(const FrameView& frame, bool first_screen)
   const std::optional<Vec3f> mean = subject_seen ? std::nullopt : colours.mean_subject();
   if (mean) {
     subject_seen = true;
-    if (!settings.foreground && samples.foreground == Rgb{}) {
+    if (samples.foreground == Rgb{}) {
       for (int c = 0; c < 3; ++c)
         samples.foreground[static_cast<std::size_t>(c)] =
             static_cast<std::uint8_t>(std::lround((*mean)[c]));
@@ -59,7 +57,6 @@ void Keyer::State::learn_from_colours(const FrameView& frame, bool first_screen)
     // 1.28 deviations: a tenth lies beyond.
     const double lacks =
         1.28 * std::sqrt(std::max(inside * inside - unquiet * unquiet, 0.0)) / range;
-    clip_of_subject = std::clamp(2.0 * (lacks - hair_lacks), 0.0, most_clipped);
     spread_inside = std::clamp(lacks, spread_inside, most_spread);
   }
   if (!first_screen && !mean) return;
@@ -71,7 +68,7 @@ void Keyer::State::learn_from_colours(const FrameView& frame, bool first_screen)
 void Keyer::State::sample_rows(const FrameView& frame) {
   const int x0 = active.x / 2 * 2, x1 = active.x + active.width;
   colours.begin_frame(x0, x1, static_cast<int>(samples.screen_signal * plain.unit),
-                      noise * plain.unit);
+                      unquiet * plain.unit);
   const RowKey plain_key = forms_for(frame, plain);
   for (int y = active.y; y < active.y + active.height; ++y)
     if (colours.is_sampled(y)) colours.add_row(y, signal_row(frame, y, x0, x1, plain_key));
@@ -95,7 +92,6 @@ void Keyer::State::sample_colours(const FrameView& frame) {
   sample_rows(frame);
   // A face before a yellow screen: all of it looks like a mixture.
   if (!subject_seen && colours.nearly_solid() > most_nearly_solid) {
-    colours.begin(width, height);
     colours.take_nearly_solid();
     sample_rows(frame);
   }
@@ -108,7 +104,6 @@ void Keyer::State::sample_colours(const FrameView& frame) {
   for (const auto& pixel : colours.mixed())
     if (const auto& tile = colours.tile(pixel.tile); tile.has_subject)
       mixing.add(tile.screen, tile.subject, pixel.colour, noise + blurred);
-  mixing.finish_frame();
 }
 
 Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame,

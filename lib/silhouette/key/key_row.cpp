@@ -227,8 +227,8 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
 void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) {
   State& s = *state_;
   s.limited_row(frame, y, alpha, states);
-  if (s.despills()) s.edges.add_row(y, alpha, states);
-  if (!s.straightens()) return;
+  if (!s.despills()) return;
+  s.edges.add_row(y, alpha, states);
   BlockState* const kept = s.keyed.state_row(y);
   const int blocks = blocks_across(frame.width);
   std::copy_n(states, blocks, kept);

@@ -246,7 +246,7 @@ void Keyer::State::sample(const FrameView& frame) {
   colours = {};
   mixing = {};
   subject_seen = false;
-  noise = unevenness = unquiet = spread_inside = clip_of_subject = 0.0;
+  noise = unevenness = unquiet = spread_inside = 0.0;
   Samples taken;
   if (!both_given || settings.key == KeyColour::automatic) taken = take_samples(frame, active);
   // The signal is turned to the screen's own hue: real green cloth is not (0, 1, 0). Green and blue

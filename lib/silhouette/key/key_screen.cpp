@@ -12,7 +12,7 @@ namespace {
 constexpr double least_range =
     8.0;  // levels between screen and foreground; keeps the gain in 16 bit
 
-using silhouette::most_clipped;
+constexpr double most_clipped = 0.25;
 
 }  // namespace
 
@@ -32,12 +32,10 @@ void Keyer::State::lay_out_screen() {
   local = false;
   if (method != KeyMethod::soft) return;
   const double range = std::max(screen_level - foreground_level, least_range);
-  const bool plate_given = settings.plate || !learned_plate.empty();
-  // What the screen's signal spreads beyond a camera's noise is clipped where it is not followed, and what
-  // the subject's does, as spill near its outline makes it: at both ends, so that contours stay.
-  const double clip = settings.screen && settings.foreground && !plate_given
+  // What the screen's signal spreads beyond a camera's noise is clipped where it is not followed.
+  const double clip = settings.screen && settings.foreground && settings.plate == nullptr
                           ? std::min(3.0 * unevenness / range, most_clipped)
-                          : clip_of_subject;
+                          : 0.0;
   black = std::max(settings.clip_black, clip);
   white = std::max(std::min(settings.clip_white, 1.0 - clip), black + 0.01);
   // Blocks of nothing but noise are silenced; edges keep their ramp, for clipping one side of a
@@ -47,7 +45,7 @@ void Keyer::State::lay_out_screen() {
   whole.ramp.high = static_cast<std::uint8_t>(std::lround(255.0 * (1.0 - silence - spread_inside)));
   whole.ramp = ramp_for(screen_level, foreground_level, signal.unit);
   quiet = silhouette::quiet_for(whole.ramp.low, whole.ramp.high);
-  if (!plate_given) return;
+  if (!settings.plate && learned_plate.empty()) return;
 
   local = true;
   lay_out_plate();

@@ -24,7 +24,6 @@ struct Quiet {
   std::array<std::uint8_t, 256> value{};  ///< alpha far from edges; continuous in alpha
 };
 
-inline constexpr double most_clipped = 0.2;  ///< alpha that is clipped at either end at most
 inline constexpr double most_spread = 0.1;  ///< alpha that the subject's least solid parts may lack
 
 /// \p low and \p high: what is silenced in whole blocks, see Ramp.
@@ -60,11 +59,10 @@ struct Keyer::State {
 
   // Samples: kept until the settings they depend on, the frame's size or format change.
   KeyCalibration samples;
-  double noise = 0.0;            // of the screen's signal, levels
-  double unevenness = 0.0;       // of the screen's signal over the picture
-  double unquiet = 0.0;          // the same and what varies within a tile of the screen
-  double clip_of_subject = 0.0;  // of alpha at both ends, for a subject of many shades of spill
-  double spread_inside = 0.0;    // by which the subject's least solid parts stay below alpha 1
+  double noise = 0.0;          // of the screen's signal, levels
+  double unevenness = 0.0;     // of the screen's signal over the picture
+  double unquiet = 0.0;        // the same and what varies within a tile of the screen
+  double spread_inside = 0.0;  // by which the subject's least solid parts stay below alpha 1
   double screen_level = 0.0, foreground_level = 0.0;  // of the calibrated signal
   KeyColour key = KeyColour::green;                   // custom where the signal is turned to `hue`
   Rgb hue{0, 255, 0};                                 // of the custom or found key colour
@@ -129,7 +127,7 @@ struct Keyer::State {
   std::vector<std::uint8_t> learned_plate;  // R, G, B, tolerance per pixel
 
   Matte scratch;                // morphology
-  Matte keyed;                  // mixed blocks and states of the last frame, where straightens()
+  Matte keyed;                  // mixed blocks and states of the last frame, where despills()
   silhouette::ClosedGaps gaps;  // of the last frame that key() did
   silhouette::EdgeMap edges;    // of the last frame, where despills()
 
@@ -161,10 +159,6 @@ struct Keyer::State {
   KeyLack lack() const;
   // Takes the screen out of columns [x0, x1) of R, G, B, A pixels of row y, as far as they were keyed as showing it.
   void unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const;
-  void unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const;
-  // The variance of noise over that of the subject's colours.
-  float doubt() const;
-  bool straightens() const { return method == KeyMethod::soft; }
   bool despills() const { return settings.spill > 0.0 && method != KeyMethod::difference; }
   void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, const RowKey& key,
                        std::uint8_t* alpha, BlockState* states) const;

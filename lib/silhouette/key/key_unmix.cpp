@@ -43,40 +43,9 @@ void interpolate(const silhouette::LocalColours& colours, int y, bool in_light, 
   }
 }
 
-/// The most probable colour of the subject; see above.
-Vec3f straight(const Vec3f& pixel, float alpha, const Vec3f& screen, const Vec3f& near,
-               float doubt) {
-  const Vec3f rest = pixel - alpha * near - (1.0f - alpha) * screen;
-  return near + alpha / (alpha * alpha + doubt) * rest;
-}
-
-std::uint8_t level_of(float v) {
-  return static_cast<std::uint8_t>(std::clamp(v + 0.5f, 0.0f, 255.0f));
-}
-
 }  // namespace
 
-void Keyer::State::unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const {
-  const Vec3f usual = silhouette::vector_of(samples.foreground);
-  const std::uint8_t* const behind = &plate[4 * row_length() * static_cast<std::size_t>(y)];
-  for (int x = x0; x < x1; ++x) {
-    if (keyed.state_row(y)[x / matte_block] != block_mixed) continue;
-    const int a = keyed.row(y)[x];
-    if (a == 0 || a == 255) continue;
-    const std::uint8_t* const from = behind + 4 * static_cast<std::ptrdiff_t>(x);
-    std::uint8_t* const p = pixels + 4 * static_cast<std::ptrdiff_t>(x - x0);
-    const Vec3f own = straight({p[0], p[1], p[2]}, static_cast<float>(a) / 255.0f,
-                               {from[0], from[1], from[2]}, usual, doubt());
-    for (int c = 0; c < 3; ++c) p[c] = level_of(own[c]);
-  }
-}
-
-float Keyer::State::doubt() const {
-  return static_cast<float>(std::max(noise * noise, 0.5) / (subject_variation * subject_variation));
-}
-
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {
-  if (local) return unmix_plate_row(y, x0, x1, pixels);
   if (first_spans.empty()) return;
   static thread_local RowColours row;
   const bool in_light = mixing.in_light();
@@ -85,7 +54,8 @@ void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const 
   if (in_light) usual = 255.0f * srgb_decoded(usual / 255.0f);
   const float* const decode = srgb_to_linear_table();
   const std::uint8_t* const encode = linear_to_srgb_table();
-  const float uncertain = doubt();
+  const auto doubt =
+      static_cast<float>(std::max(noise * noise, 0.5) / (subject_variation * subject_variation));
   const float size = static_cast<float>(colours.size());
   const BlockState* const states = keyed.state_row(y);
   const std::uint8_t* const alphas = keyed.row(y);
@@ -117,9 +87,11 @@ void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const 
       std::uint8_t* const p = pixels + 4 * static_cast<std::ptrdiff_t>(x - x0);
       const Vec3f pixel = in_light ? 255.0f * Vec3f(decode[p[0]], decode[p[1]], decode[p[2]])
                                    : Vec3f(p[0], p[1], p[2]);
-      const Vec3f own = straight(pixel, alpha, screen, near, uncertain);
+      const Vec3f rest = pixel - alpha * near - (1.0f - alpha) * screen;
+      const Vec3f own = near + alpha / (alpha * alpha + doubt) * rest;
       for (int c = 0; c < 3; ++c)
-        p[c] = in_light ? linear_to_srgb(own[c] / 255.0f, encode) : level_of(own[c]);
+        p[c] = in_light ? linear_to_srgb(own[c] / 255.0f, encode)
+                        : static_cast<std::uint8_t>(std::clamp(own[c] + 0.5f, 0.0f, 255.0f));
     }
   }
 }
