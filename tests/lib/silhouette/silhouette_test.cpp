@@ -68,7 +68,7 @@ TEST(Silhouette, OnePassEqualsTheStages) {
   variants[7].method = TraceMethod::binary;
   variants[8].key.roi = {13, 9, 140, 77};
   variants[9].key.method = KeyMethod::threshold;
-  variants[10].key.clip_black = 0.0;
+  variants[10].key.uneven = true;
   variants[11].approximate.tolerance = 0.0;
   for (std::size_t i = 0; i < variants.size(); ++i)
     for (const FrameFormat format : {FrameFormat::bgrx, FrameFormat::nv12, FrameFormat::yuy2}) {
