@@ -26,8 +26,8 @@ struct LightView {
   /// there, what lies at inverse depth a moves over what lies at b by (a - b) times that, less the
   /// half cell's depth times the map's distance from what is straight ahead (see `ahead`).
   Vec4 kernel{0.0};
-  Vec4 ahead{
-      0.0};  ///< map coordinates of straight ahead (x, y); depths of half a cell of u (z), v (w)
+  /// Map coordinates of straight ahead (x, y), and how far ahead half a cell reaches along u (z), v (w).
+  Vec4 ahead{0.0};
 };
 
 /// The centres of n x n equal cells of an area light (n * n = \p samples, at least 1); a point

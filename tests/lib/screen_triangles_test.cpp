@@ -186,7 +186,6 @@ TEST(ScreenTriangles, PackedRowsShowTheSame) {
   EXPECT_LT(different, all / 20000);
 }
 
-// Triangles around a point, drawn packed one by one: no sample twice, and none left out.
 // Level edges: above the first and below the last line nothing is drawn.
 TEST(ScreenTriangles, PackedRectanglesShowTheSame) {
   for (const double end : {20.05, 20.3, 20.55, 20.8}) {
@@ -201,6 +200,7 @@ TEST(ScreenTriangles, PackedRectanglesShowTheSame) {
   }
 }
 
+// Triangles around a point, drawn packed one by one: no sample twice, and none left out.
 TEST(ScreenTriangles, PackedNeighboursShareNoSampleAndLeaveNone) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(0.0, 1.0);

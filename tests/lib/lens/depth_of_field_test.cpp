@@ -136,7 +136,7 @@ const Stage& behind_a_pillar() {
   return made;
 }
 
-// What is nearer than 3 m, the pillar above all, is white, all else dark, the subject too: the pillar's
+// All that is nearer than 3 m, the pillar above all, is white, all else dark, the subject too: the pillar's
 // blur lies over it as over the wall.
 TEST(DepthOfField, WhatIsBeforeTheSubjectIsBlurredOverIt) {
   const Stage& of = behind_a_pillar();
