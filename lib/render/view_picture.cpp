@@ -2,11 +2,9 @@
 #include "render/view_picture.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <optional>
 
 #include "base/srgb.h"
 
@@ -51,35 +49,6 @@ bool mean_of_neighbours(const std::vector<std::uint32_t>& pixels, std::size_t p,
   return true;
 }
 
-/// The mean colour of what of the picture is background alone, in its own codes; none where too
-/// little is.
-std::optional<std::array<float, 3>> screen_of(const std::vector<std::uint32_t>& pixels) {
-  constexpr std::uint32_t background = 8;  // an alpha below: a key leaves noise on the screen
-  constexpr int least = 32;
-  std::array<float, 3> sum{};
-  int count = 0;
-  for (std::size_t p = 0; p < pixels.size(); p += 7) {
-    if (alpha(pixels[p]) >= background) continue;
-    for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(pixels[p] >> (8 * c) & 255u);
-    ++count;
-  }
-  if (count < least) return std::nullopt;
-  for (float& value : sum) value /= static_cast<float>(count);
-  return sum;
-}
-
-/// What is left of \p mixed, of which the subject is the share that its alpha says, without \p screen.
-std::uint32_t without(const std::array<float, 3>& screen, std::uint32_t mixed) {
-  const float share = static_cast<float>(alpha(mixed)) / 255.0f;
-  std::uint32_t out = 0xff000000u;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const auto code = static_cast<float>(mixed >> (8 * c) & 255u);
-    const float own = (code - (1.0f - share) * screen[c]) / share;
-    out |= static_cast<std::uint32_t>(std::clamp(own + 0.5f, 0.0f, 255.0f)) << (8 * c);
-  }
-  return out;
-}
-
 /// Where the frame goes on beyond the region of interest the subject does not.
 void clear_border(const View& view, std::vector<std::uint32_t>& pixels) {
   const Rectangle& roi = view.roi;
@@ -117,12 +86,11 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
   std::vector<std::pair<std::size_t, std::uint32_t>> mattes;  // alpha says meanwhile what is done
   const bool soft = reach > sharp_reach;
   if (soft) {
-    const auto screen = screen_of(pixels);
     for (std::size_t p = 0; p < pixels.size(); ++p) {
       const std::uint32_t matte = alpha(pixels[p]);
       if (matte < 40 || matte >= covered) continue;
       mattes.emplace_back(p, matte << 24);
-      if (screen) pixels[p] = without(*screen, pixels[p]);
+      pixels[p] |= 0xff000000u;
     }
   }
   // Which pixels are covered, or will be; the border stays as it is.

@@ -21,8 +21,8 @@ namespace polyhull {
 /// + 2) RGBA pixels. Where the matte is not fully in the foreground (its soft edge, and a few
 /// pixels beyond) the colour is continued from the nearest fully covered pixels, so that no
 /// background colour is sampled at the silhouette's rim; \p reach: how many pixels. With soft_reach
-/// the screen's mean colour is taken off what the matte says holds some of it, and alpha stays the matte,
-/// 0 in the border where the frame goes on beyond. \p pixels keeps its memory between calls.
+/// the colours of the soft edge are the view's own, which are straight, and alpha stays the matte, 0 in
+/// the border where the frame goes on beyond. \p pixels keeps its memory between calls.
 void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t>& pixels);
 
 inline constexpr int sharp_reach = 6, soft_reach = 16;  ///< pixels beyond sharp and soft edges

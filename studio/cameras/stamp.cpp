@@ -22,7 +22,7 @@ bool is_rim(int cell_x, int cell_y) {
 }
 
 bool is_magenta(const std::uint8_t* p) {
-  return p[0] > 150 && p[2] > 150 && p[1] < 100;
+  return p[0] > 150 && p[2] > 150 && p[1] < 100 && p[3] > 250;
 }
 
 }  // namespace

@@ -32,11 +32,6 @@ std::vector<Way> ways() {
   KeySettings automatic;
   automatic.key = KeyColour::automatic;
   result.push_back({"soft key=auto", automatic});
-  automatic.uneven = true;
-  result.push_back({"soft key=auto uneven", automatic});
-  KeySettings uneven;
-  uneven.uneven = true;
-  result.push_back({"soft uneven", uneven});
   KeySettings unclipped;
   unclipped.clip_black = 0.0;
   unclipped.clip_white = 1.0;

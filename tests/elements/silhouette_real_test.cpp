@@ -76,15 +76,12 @@ GST_START_TEST(photographs_keyed_like_by_hand) {
     const double soft = error_of("");
     const double automatic = error_of("key=auto");
     const double prototype = error_of("method=prototype");
-    const double uneven = error_of("uneven=true");
-    g_print(
-        "%s: mean absolute alpha error: soft %.4f, key=auto %.4f, uneven %.4f, prototype %.4f\n",
-        name, soft, automatic, uneven, prototype);
-    // The second card is overexposed in one corner: only a screen that may be uneven covers that.
+    g_print("%s: mean absolute alpha error: soft %.4f, key=auto %.4f, prototype %.4f\n", name, soft,
+            automatic, prototype);
     fail_unless(soft < 0.6 * prototype, "%s: soft %g, prototype %g", name, soft, prototype);
     fail_unless(automatic < 0.6 * prototype, "%s: auto %g, prototype %g", name, automatic,
                 prototype);
-    fail_unless(uneven < 0.01, "%s: %g", name, uneven);
+    fail_unless(soft < 0.006, "%s: %g", name, soft);
   }
 }
 GST_END_TEST
@@ -154,8 +151,8 @@ GST_START_TEST(a_nearly_solid_face_shows_no_blocks) {
 }
 GST_END_TEST
 
-/// What docs/keying.md advises for skin before a screen of nearly its hue: the face becomes solid,
-/// the wall empty; and the removal of spill leaves the face its colour, advised or not.
+/// Skin before a screen of nearly its hue, as it is and with the colours that docs/keying.md advises: the face is
+/// solid, the wall empty; and the removal of spill leaves the face its colour, advised or not.
 GST_START_TEST(skin_before_a_yellow_wall) {
   const std::string film = real("mdn_yellow_screen_man_320x192.mp4");
   if (film.empty() || !have("qtdemux") || !have("avdec_h264")) return;
@@ -189,8 +186,8 @@ GST_START_TEST(skin_before_a_yellow_wall) {
   const Look plain = look_of("spill=1");
   const Look advised = look_of("screen-colour=0xb1b108 foreground-colour=0xc39366");
   const Look filmed = look_of("spill=0");
-  fail_unless(advised.face < 0.02 && advised.face < 0.4 * plain.face, "%g", advised.face);
-  fail_unless(advised.wall < 0.01, "%g", advised.wall);
+  for (const Look& look : {plain, advised})
+    fail_unless(look.face < 0.02 && look.wall < 0.01, "face %g, wall %g", look.face, look.wall);
   for (const Look& look : {plain, advised})
     fail_unless(look.red - look.blue > 0.6 * (filmed.red - filmed.blue), "%g of %g",
                 look.red - look.blue, filmed.red - filmed.blue);

@@ -168,7 +168,7 @@ GST_START_TEST(same_bytes_as_the_chain_with_every_setting) {
       with("", "", "steadiness=2", "steadiness=2"),
       with("resample=2", "", "", "resample=2"),
       with("close=2", "sigma=1", "", "close=2 sigma=1"),
-      with("uneven=true spill=0.5", "", "", "uneven=true spill=0.5"),
+      with("clip-black=0.1 spill=0.5", "", "", "clip-black=0.1 spill=0.5"),
       with("roi-x=20 roi-y=11 roi-width=70 roi-height=50", "", "",
            "roi-x=20 roi-y=11 roi-width=70 roi-height=50"),
       with("roi-x=2000", "", "", "roi-x=2000"),

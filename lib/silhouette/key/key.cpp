@@ -51,8 +51,7 @@ void check(const KeySettings& s) {
 bool same_samples(const KeySettings& a, const KeySettings& b) {
   return a.method == b.method && a.key == b.key && a.colour == b.colour &&
          a.red_gain == b.red_gain && a.blue_gain == b.blue_gain && a.roi == b.roi &&
-         a.screen == b.screen && a.foreground == b.foreground && a.uneven == b.uneven &&
-         a.plate == b.plate;
+         a.screen == b.screen && a.foreground == b.foreground && a.plate == b.plate;
 }
 
 Rectangle clipped(const Rectangle& roi, int width, int height) {
@@ -135,8 +134,10 @@ void Keyer::prepare(const FrameView& frame) {
   }
   if (!same_frame || s.light_came(frame)) s.found = false;
   if (!same_frame || s.fresh_settings || !s.found) s.lay_out(frame);
+  s.follow_colours(frame);
   if (s.learning > 0) s.learn(frame);
   if (s.despills()) s.edges.begin(s.width, s.height);
+  if (s.straightens()) s.keyed.resize(s.width, s.height);
 }
 
 void Keyer::State::lay_out(const FrameView& frame) {
@@ -158,15 +159,8 @@ void Keyer::State::lay_out(const FrameView& frame) {
 
   // Sampling needs signal, and finds the hue that the signal depends on.
   sample(frame);
-  signal = silhouette::key_signal(key, hue, settings.red_gain, settings.blue_gain);
-  screen_level = samples.screen_signal;
-  foreground_level = samples.foreground_signal;
-  if (method == KeyMethod::soft && samples.valid) {
-    signal = silhouette::calibrated(signal, samples.screen, samples.foreground, noise);
-    const auto level = [&](const Rgb& c) { return signal.of(c[0], c[1], c[2]); };
-    screen_level = level(samples.screen);
-    foreground_level = std::min(level(samples.foreground), screen_level);
-  }
+  plain = silhouette::key_signal(key, hue, settings.red_gain, settings.blue_gain);
+  calibrate();
   if (method == KeyMethod::difference)
     path = Path::converted;
   else if (four_bytes)
@@ -176,15 +170,26 @@ void Keyer::State::lay_out(const FrameView& frame) {
     path = Path::chroma;
   else
     path = Path::converted;
-  forms = silhouette::pixel_forms(signal, path == Path::pixels ? format : FrameFormat::rgba);
-  if (path == Path::chroma) chroma = silhouette::chroma_forms(signal, frame);
+  whole = forms_for(frame, signal);
 
   if (method == KeyMethod::difference)
     lay_out_plate();
   else
-    lay_out_screen(frame);
+    lay_out_screen();
   lay_out_masks();
   fresh_settings = false;
+}
+
+void Keyer::State::calibrate() {
+  signal = plain;
+  screen_level = samples.screen_signal;
+  foreground_level = samples.foreground_signal;
+  if (method != KeyMethod::soft || !samples.valid) return;
+  const Vec3f screen = silhouette::vector_of(samples.screen);
+  const Vec3f foreground = silhouette::vector_of(samples.foreground);
+  signal = silhouette::calibrated(plain, screen, foreground, noise);
+  screen_level = signal.of(screen);
+  foreground_level = std::min(signal.of(foreground), screen_level);
 }
 
 void Keyer::State::lay_out_masks() {

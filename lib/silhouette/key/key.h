@@ -14,8 +14,9 @@
 ///    of the foreground: linear in the mixing fraction of a pixel that shows both, so the half
 ///    level lies on the true edge. Both are sampled from the picture unless given, and again where
 ///    a dark screen (no channel above 127 levels) was sampled and most of it has a signal of 5/4 d_s
-///    or more in five frames one after the other. With a clean plate (or `uneven`) d_s is the plate's (the learned
-///    map's) value at that pixel.
+///    or more in five frames one after the other. With a clean plate d_s is the plate's value at that
+///    pixel; else both are followed over the picture, tile by tile (colours/local_colours.h), and where edges mix
+///    light rather than levels alpha is that of light (colours/mixing.h).
 ///  - KeyMethod::difference: no screen at all: alpha grows with the colour distance between the
 ///    pixel and the clean plate (or, without one, the key colour), where the plate may be darkened
 ///    to `shadow_darkest` or brightened to `light_brightest` of itself first: a shadow scales all
@@ -66,7 +67,6 @@ struct KeySettings {
 
   std::optional<Rgb> screen;      ///< soft: sample of the screen; unset: sampled from the picture
   std::optional<Rgb> foreground;  ///< soft: sample of the subject near its edge; unset: sampled
-  bool uneven = false;  ///< soft: follow slow changes of the screen's signal over the picture
 
   /// Alpha below this fraction is 0, 0..1; the rest is stretched. Noise (measured on the screen) is
   /// silenced besides, where nothing else is.

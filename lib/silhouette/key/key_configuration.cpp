@@ -120,7 +120,6 @@ KeySettings KeyConfiguration::settings_for(const Request& request) const {
   }
   s.screen = sample_of(values.screen_colour);
   s.foreground = sample_of(values.foreground_colour);
-  s.uneven = values.uneven;
   s.clip_black = values.clip_black;
   s.clip_white = values.clip_white;
   s.choke = values.choke;

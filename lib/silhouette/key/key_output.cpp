@@ -121,8 +121,13 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
     std::uint8_t* out = rgba + stride * j;
     const std::uint8_t* alpha = matte.row(y) + region.x;
     const auto composite = [&] {
+      if (!s.straightens())
+        return composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
       if (s.despills()) s.edges.weigh_row(y, region.x, end, weights.data());
-      composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
+      convert_row(frame, y, region.x, end, out);
+      s.unmix_row(y, region.x, end, out);
+      silhouette::colour_kernels().composite(out, region.width, false, despill, weights.data(),
+                                             alpha, out);
     };
     switch (view) {
       case KeyView::composite:
@@ -140,6 +145,7 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
       case KeyView::spill:
         before.resize(static_cast<std::size_t>(region.width) * 4);
         convert_row(frame, y, region.x, end, before.data());
+        if (s.straightens()) s.unmix_row(y, region.x, end, before.data());
         composite();
         for (int x = 0; x < region.width; ++x) {
           std::uint8_t* p = out + 4 * x;

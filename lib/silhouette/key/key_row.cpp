@@ -81,6 +81,23 @@ void double_row(ChromaSite site, const std::int16_t* from, int count, std::int16
   }
 }
 
+// Mixed blocks stay mixed.
+void bend_blocks(const silhouette::Bend& bend, int blocks, std::uint8_t* alpha,
+                 const BlockState* states) {
+  if (bend == silhouette::Bend{}) return;
+  for (int block = 0; block < blocks; ++block) {
+    if (states[block] != block_mixed) continue;
+    std::uint8_t* const a = alpha + block * matte_block;
+    for (int i = 0; i < matte_block; ++i) {
+      const int v = a[i];
+      const int by = bend.constant + bend.slope * v / 255;
+      const int bent = v + ((v * (255 - v) * by / 255 + 2048) >> 12);
+      const int within = std::clamp(bent, 1, 254);
+      a[i] = static_cast<std::uint8_t>(v == 0 || v == 255 ? v : within);
+    }
+  }
+}
+
 // The prototype's rule: background where the signal is above the strength, unless the pixel is
 // bright.
 void prototype_alpha(const std::uint8_t* pixels, const std::int16_t* signal, int count,
@@ -96,18 +113,59 @@ void prototype_alpha(const std::uint8_t* pixels, const std::int16_t* signal, int
 
 // Of whole blocks [x0, end) of pixels of four bytes.
 void Keyer::State::pixel_alpha_row(const FrameView& frame, int y, int x0, int end,
-                                   std::uint8_t* alpha, BlockState* states) const {
+                                   const RowKey& key, std::uint8_t* alpha,
+                                   BlockState* states) const {
   const silhouette::Kernels& run = kernels();
   const std::uint8_t* pixels = frame.row(0, y);
   const int direct = std::min(end, frame.width / matte_block * matte_block);
   if (direct > x0)
-    run.pixel_alpha(pixels + 4 * x0, direct - x0, forms, ramp, alpha + x0,
+    run.pixel_alpha(pixels + 4 * x0, direct - x0, key.forms, key.ramp, alpha + x0,
                     states + x0 / matte_block);
   if (direct < end) {
     std::uint8_t last[4 * matte_block] = {};
     std::memcpy(last, pixels + 4 * direct, static_cast<std::size_t>(4 * (frame.width - direct)));
-    run.pixel_alpha(last, matte_block, forms, ramp, alpha + direct, states + direct / matte_block);
+    run.pixel_alpha(last, matte_block, key.forms, key.ramp, alpha + direct,
+                    states + direct / matte_block);
   }
+}
+
+const std::int16_t* Keyer::State::signal_row(const FrameView& frame, int y, int x0, int stop,
+                                             const RowKey& key) const {
+  RowMemory& memory = row_memory(row_length());
+  if (path == Path::chroma) {
+    const std::int16_t* half = chroma_row(frame, y, key.chroma, x0, stop, memory);
+    double_row(frame.site, half, (stop - x0 + 1) / 2, memory.signal.data());
+    return memory.signal.data();
+  }
+  const std::uint8_t* pixels = frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0);
+  if (path == Path::converted) {
+    convert_row(frame, y, x0, stop, memory.pixels.data());
+    pixels = memory.pixels.data();
+  }
+  kernels().pixel_signal(pixels, stop - x0, key.forms, memory.signal.data());
+  return memory.signal.data();
+}
+
+void Keyer::State::soft_span(const FrameView& frame, int y, int x0, int end, const RowKey& key,
+                             std::uint8_t* alpha, BlockState* states) const {
+  if (path == Path::pixels) return pixel_alpha_row(frame, y, x0, end, key, alpha, states);
+  const silhouette::Kernels& run = kernels();
+  RowMemory& memory = row_memory(row_length());
+  const int stop = std::min(end, frame.width);  // real pixels
+  alpha += x0, states += x0 / matte_block;
+  if (path == Path::converted) {
+    std::uint8_t* pixels = memory.pixels.data();
+    convert_row(frame, y, x0, stop, pixels);
+    std::fill(pixels + 4 * (stop - x0), pixels + 4 * (end - x0), 0);
+    return run.pixel_alpha(pixels, end - x0, key.forms, key.ramp, alpha, states);
+  }
+  const std::int16_t* half = chroma_row(frame, y, key.chroma, x0, stop, memory);
+  if (!silhouette::between_columns(frame.site) && stop == end)
+    return run.doubled_alpha(half, end - x0, key.ramp, alpha, states);
+  std::int16_t* signal = memory.signal.data();
+  double_row(frame.site, half, (stop - x0 + 1) / 2, signal);
+  std::fill(signal + (stop - x0), signal + (end - x0), 0);
+  run.ramp_alpha(signal, end - x0, key.ramp, alpha, states);
 }
 
 void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
@@ -115,70 +173,70 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   // Whole blocks around the active columns; the last block of a row may reach past the frame.
   const int x0 = active.x / matte_block * matte_block;
   const int x1 = active.x + active.width;
-  const int whole = x0 + (x1 - x0) / matte_block * matte_block;
-  const int end = whole == x1 ? x1 : whole + matte_block;
-  RowMemory& memory = row_memory(row_length());
+  const int whole_blocks = x0 + (x1 - x0) / matte_block * matte_block;
+  const int end = whole_blocks == x1 ? x1 : whole_blocks + matte_block;
+  const int stop = std::min(end, frame.width);  // real pixels
   const silhouette::Kernels& run = kernels();
 
-  if (path == Path::pixels && method == KeyMethod::soft && !local)
-    return pixel_alpha_row(frame, y, x0, end, alpha, states);
-
-  const int stop = std::min(end, frame.width);  // real pixels
-  const std::uint8_t* pixels = nullptr;
-  if (path == Path::pixels) {
-    pixels = frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0);
-  } else if (path == Path::converted) {
-    convert_row(frame, y, x0, stop, memory.pixels.data());
-    std::fill(memory.pixels.data() + 4 * (stop - x0), memory.pixels.data() + 4 * (end - x0), 0);
-    pixels = memory.pixels.data();
-    if (method == KeyMethod::soft && !local)
-      return run.pixel_alpha(pixels, end - x0, forms, ramp, alpha + x0, states + x0 / matte_block);
+  if (method == KeyMethod::soft && !local) {
+    if (first_spans.empty()) return soft_span(frame, y, x0, end, whole, alpha, states);
+    const auto row = static_cast<std::size_t>(y / colours.size());
+    for (std::size_t i = first_spans[row]; i < first_spans[row + 1]; ++i) {
+      const int from = std::max(spans[i].begin, x0), to = std::min(spans[i].end, end);
+      if (from >= to) continue;
+      soft_span(frame, y, from, to, spans[i].key, alpha, states);
+      bend_blocks(spans[i].key.bend, (to - from) / matte_block, alpha + from,
+                  states + from / matte_block);
+    }
+    return;
   }
-
+  RowMemory& memory = row_memory(row_length());
   if (method == KeyMethod::difference) {
+    std::uint8_t* pixels = memory.pixels.data();
+    convert_row(frame, y, x0, stop, pixels);
+    std::fill(pixels + 4 * (stop - x0), pixels + 4 * (end - x0), 0);
     run.difference_alpha(pixels,
                          plate.data() + 4 * (row_length() * static_cast<std::size_t>(y) + x0),
                          end - x0, difference, alpha + x0);
     run.states(alpha + x0, (end - x0) / matte_block, states + x0 / matte_block);
     return;
   }
-
-  if (path == Path::chroma) {
-    const std::int16_t* half = chroma_row(frame, y, chroma, x0, stop, memory);
-    if (!local && !silhouette::between_columns(frame.site) && stop == end)
-      return run.doubled_alpha(half, end - x0, ramp, alpha + x0, states + x0 / matte_block);
-    double_row(frame.site, half, (stop - x0 + 1) / 2, memory.signal.data());
-  } else {
-    run.pixel_signal(pixels, stop - x0, forms, memory.signal.data());
-  }
-  std::fill(memory.signal.data() + (stop - x0), memory.signal.data() + (end - x0), 0);
-
-  if (method == KeyMethod::threshold) {
-    const bool reversed =
-        path == Path::pixels && (format == FrameFormat::bgrx || format == FrameFormat::bgra);
-    const int red = static_cast<int>(std::lround(settings.red_gain * 256.0));
-    const int blue = static_cast<int>(std::lround(settings.blue_gain * 256.0));
-    const int weights[3] = {reversed ? blue : red, 256, reversed ? red : blue};
-    prototype_alpha(pixels, memory.signal.data(), stop - x0,
-                    static_cast<int>(settings.strength * signal.unit), weights,
-                    settings.bright_threshold * 256, alpha + x0);
-    std::fill(alpha + stop, alpha + end, 0);
-    run.states(alpha + x0, (end - x0) / matte_block, states + x0 / matte_block);
+  signal_row(frame, y, x0, stop, whole);
+  std::int16_t* signals = memory.signal.data();
+  std::fill(signals + (stop - x0), signals + (end - x0), 0);
+  if (method == KeyMethod::soft) {
+    const std::size_t at = row_length() * static_cast<std::size_t>(y) + x0;
+    run.local_alpha(signals, base.data() + at, gain.data() + at, whole.ramp, end - x0, alpha + x0,
+                    states + x0 / matte_block);
     return;
   }
-  if (local) {
-    const std::size_t at = row_length() * static_cast<std::size_t>(y) + x0;
-    run.local_alpha(memory.signal.data(), base.data() + at, gain.data() + at, ramp, end - x0,
-                    alpha + x0, states + x0 / matte_block);
-  } else {
-    run.ramp_alpha(memory.signal.data(), end - x0, ramp, alpha + x0, states + x0 / matte_block);
-  }
+  const bool reversed =
+      path == Path::pixels && (format == FrameFormat::bgrx || format == FrameFormat::bgra);
+  const int red = static_cast<int>(std::lround(settings.red_gain * 256.0));
+  const int blue = static_cast<int>(std::lround(settings.blue_gain * 256.0));
+  const int weights[3] = {reversed ? blue : red, 256, reversed ? red : blue};
+  const std::uint8_t* pixels = path == Path::pixels
+                                   ? frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0)
+                                   : memory.pixels.data();  // as signal_row() left them
+  prototype_alpha(pixels, signals, stop - x0, static_cast<int>(settings.strength * signal.unit),
+                  weights, settings.bright_threshold * 256, alpha + x0);
+  std::fill(alpha + stop, alpha + end, 0);
+  run.states(alpha + x0, (end - x0) / matte_block, states + x0 / matte_block);
 }
 
 void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) {
   State& s = *state_;
   s.limited_row(frame, y, alpha, states);
   if (s.despills()) s.edges.add_row(y, alpha, states);
+  if (!s.straightens()) return;
+  BlockState* const kept = s.keyed.state_row(y);
+  const int blocks = blocks_across(frame.width);
+  std::copy_n(states, blocks, kept);
+  for (int block = 0; block < blocks; ++block)
+    if (states[block] == block_mixed)
+      std::memcpy(
+          s.keyed.row(y) + block * matte_block, alpha + block * matte_block,
+          static_cast<std::size_t>(std::min(matte_block, frame.width - block * matte_block)));
 }
 
 void Keyer::State::limited_row(const FrameView& frame, int y, std::uint8_t* alpha,

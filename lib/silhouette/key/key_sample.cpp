@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double most_spread = 0.1;  // alpha that the subject's least solid parts may lack
+using silhouette::most_spread;
 
 std::uint8_t level(double v) {
   return static_cast<std::uint8_t>(std::clamp(std::lround(v), 0l, 255l));
@@ -243,7 +243,10 @@ void Keyer::State::sample(const FrameView& frame) {
     return;
   }
   samples = KeyCalibration{};
-  noise = unevenness = spread_inside = 0.0;
+  colours = {};
+  mixing = {};
+  subject_seen = false;
+  noise = unevenness = unquiet = spread_inside = clip_of_subject = 0.0;
   Samples taken;
   if (!both_given || settings.key == KeyColour::automatic) taken = take_samples(frame, active);
   // The signal is turned to the screen's own hue: real green cloth is not (0, 1, 0). Green and blue
@@ -271,7 +274,7 @@ void Keyer::State::sample(const FrameView& frame) {
     screen = find_screen(taken);
   if (screen) {
     samples.screen = screen->colour;
-    noise = screen->spread.noise, unevenness = screen->spread.unevenness;
+    noise = unquiet = screen->spread.noise, unevenness = screen->spread.unevenness;
   }
   samples.screen_signal = screen ? screen->signal : 96.0;  // a usual screen, until one is seen
 

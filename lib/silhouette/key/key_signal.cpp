@@ -96,12 +96,12 @@ KeySignal key_signal(KeyColour key, const Rgb& hue, double red_gain, double blue
   return signal;
 }
 
-KeySignal calibrated(const KeySignal& signal, const Rgb& screen, const Rgb& foreground,
+KeySignal calibrated(const KeySignal& signal, const Vec3f& screen, const Vec3f& foreground,
                      double noise) {
   constexpr double most = 3.0;    // how much more a form's noise may weigh than the other's
   constexpr double behind = 0.7;  // how far the weaker form stays behind at most
-  const auto value = [](const std::array<int, 3>& w, const Rgb& c) {
-    return w[0] * c[0] + w[1] * c[1] + w[2] * c[2];
+  const auto value = [](const std::array<int, 3>& w, const Vec3f& c) {
+    return double{w[0] * c[0] + w[1] * c[1] + w[2] * c[2]};
   };
   KeySignal out = signal;
   std::array<int, 3>* const forms[2] = {&out.a, &out.b};
@@ -120,7 +120,8 @@ KeySignal calibrated(const KeySignal& signal, const Rgb& screen, const Rgb& fore
                                     : std::array<int, 3>{static_cast<int>(std::lround(scaled[0])),
                                                          static_cast<int>(std::lround(scaled[1])),
                                                          static_cast<int>(std::lround(scaled[2]))};
-  out.offset[wide] = value(*forms[narrow], screen) - value(*forms[wide], screen);
+  out.offset[wide] =
+      static_cast<int>(std::lround(value(*forms[narrow], screen) - value(*forms[wide], screen)));
   return out;
 }
 

@@ -5,11 +5,16 @@
 
 #include <array>
 
+#include "base/vector.h"
 #include "silhouette/key/key.h"
 #include "silhouette/pixels/chroma.h"
 #include "silhouette/pixels/kernels.h"
 
 namespace polyhull::silhouette {
+
+inline Vec3f vector_of(const Rgb& colour) {
+  return {colour[0], colour[1], colour[2]};
+}
 
 /// Weight vectors over R, G, B as small whole numbers: weight[i] / unit.
 struct KeySignal {
@@ -21,6 +26,7 @@ struct KeySignal {
   bool chroma_only = true;  ///< a and b sum to 0: luma does not matter
 
   double of(double red, double green, double blue) const;
+  double of(const Vec3f& colour) const { return of(colour.r, colour.g, colour.b); }
 };
 
 /// The signal of a key colour. \p hue: the custom or found colour.
@@ -34,7 +40,7 @@ KeySignal key_signal(KeyColour key, const Rgb& hue, double red_gain, double blue
 /// The larger of two noisy numbers is too large on average. So the form that tells the two colours
 /// apart less well, whose noise weighs more, stays behind the other by two standard deviations at
 /// the half level. \p noise: of the signal, levels.
-KeySignal calibrated(const KeySignal& signal, const Rgb& screen, const Rgb& foreground,
+KeySignal calibrated(const KeySignal& signal, const Vec3f& screen, const Vec3f& foreground,
                      double noise);
 
 /// How far a colour is from grey, in levels: the largest channel minus the smallest.
@@ -47,6 +53,7 @@ PixelForms pixel_forms(const KeySignal& signal, FrameFormat format);
 struct ChromaForms {
   std::int16_t weights[4];
   std::int32_t offsets[2];
+  bool operator==(const ChromaForms&) const = default;
 };
 ChromaForms chroma_forms(const KeySignal& signal, const FrameView& frame);
 

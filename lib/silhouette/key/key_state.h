@@ -6,6 +6,8 @@
 #include <array>
 #include <vector>
 
+#include "silhouette/colours/local_colours.h"
+#include "silhouette/colours/mixing.h"
 #include "silhouette/key/closed_gaps.h"
 #include "silhouette/key/edge_map.h"
 #include "silhouette/key/key_signal.h"
@@ -22,12 +24,26 @@ struct Quiet {
   std::array<std::uint8_t, 256> value{};  ///< alpha far from edges; continuous in alpha
 };
 
+inline constexpr double most_clipped = 0.2;  ///< alpha that is clipped at either end at most
+inline constexpr double most_spread = 0.1;  ///< alpha that the subject's least solid parts may lack
+
 /// \p low and \p high: what is silenced in whole blocks, see Ramp.
 Quiet quiet_for(std::uint8_t low, std::uint8_t high);
 
 /// Silences the mixed blocks of columns [begin, end) of a row, except beside edges; \p begin is the
 /// first column of a block. Reads and writes \p states.
 void quieten_row(const Quiet& quiet, int begin, int end, std::uint8_t* alpha, BlockState* states);
+
+}  // namespace silhouette
+
+namespace silhouette {
+
+/// What makes of alpha found in levels alpha found in light: with a in 0..1,
+/// a + a (1 - a) (constant + slope a), the numbers 4096 for 1. Exact at alpha 0.2 and 0.5.
+struct Bend {
+  std::int32_t constant = 0, slope = 0;
+  bool operator==(const Bend&) const = default;
+};
 
 }  // namespace silhouette
 
@@ -44,9 +60,11 @@ struct Keyer::State {
 
   // Samples: kept until the settings they depend on, the frame's size or format change.
   KeyCalibration samples;
-  double noise = 0.0;          // of the screen's signal, levels
-  double unevenness = 0.0;     // of the screen's signal over the picture
-  double spread_inside = 0.0;  // by which the subject's least solid parts stay below alpha 1
+  double noise = 0.0;            // of the screen's signal, levels
+  double unevenness = 0.0;       // of the screen's signal over the picture
+  double unquiet = 0.0;          // the same and what varies within a tile of the screen
+  double clip_of_subject = 0.0;  // of alpha at both ends, for a subject of many shades of spill
+  double spread_inside = 0.0;    // by which the subject's least solid parts stay below alpha 1
   double screen_level = 0.0, foreground_level = 0.0;  // of the calibrated signal
   KeyColour key = KeyColour::green;                   // custom where the signal is turned to `hue`
   Rgb hue{0, 255, 0};                                 // of the custom or found key colour
@@ -74,11 +92,30 @@ struct Keyer::State {
 
   Path path = Path::pixels;
   Rectangle active;
-  silhouette::KeySignal signal;
-  silhouette::PixelForms forms{};
-  silhouette::ChromaForms chroma{};
-  silhouette::Ramp ramp{};
+  silhouette::KeySignal plain;   // not calibrated
+  silhouette::KeySignal signal;  // calibrated
+  // From pixels to alpha.
+  struct RowKey {
+    silhouette::PixelForms forms{};
+    silhouette::ChromaForms chroma{};
+    silhouette::Ramp ramp{};
+    silhouette::Bend bend{};
+    bool operator==(const RowKey&) const = default;
+  };
+  RowKey whole;                     // of the whole picture
+  double black = 0.0, white = 1.0;  // alpha at which ramps begin and end
   silhouette::Quiet quiet;
+
+  // With local colours each tile has its own; tiles that share one are one span.
+  struct Span {
+    int begin = 0, end = 0;  // columns
+    RowKey key;
+  };
+  silhouette::LocalColours colours;
+  bool subject_seen = false;  // and the spread of its signal
+  silhouette::Mixing mixing;
+  std::vector<Span> spans;               // row of tiles by row of tiles
+  std::vector<std::size_t> first_spans;  // of each row of tiles, and their number; empty: no spans
   silhouette::DifferenceRamp difference{};
   bool local = false;                    // base and gain differ from pixel to pixel
   std::vector<std::int16_t> base, gain;  // rows of whole blocks
@@ -92,6 +129,7 @@ struct Keyer::State {
   std::vector<std::uint8_t> learned_plate;  // R, G, B, tolerance per pixel
 
   Matte scratch;                // morphology
+  Matte keyed;                  // mixed blocks and states of the last frame, where straightens()
   silhouette::ClosedGaps gaps;  // of the last frame that key() did
   silhouette::EdgeMap edges;    // of the last frame, where despills()
 
@@ -99,19 +137,43 @@ struct Keyer::State {
     return static_cast<std::size_t>(blocks_across(width)) * matte_block;
   }
   void lay_out(const FrameView& frame);
+  void calibrate();  // the signal for the samples
   void sample(const FrameView& frame);
   Light light_of(const FrameView& frame) const;
   // Whether most of a screen that was sampled in the dark is clearly brighter now, and has been for some
   // frames. Asked once for each.
   bool light_came(const FrameView& frame);
-  void lay_out_screen(const FrameView& frame);
+  void lay_out_screen();
+  // Samples the frame's local colours and lays out the spans.
+  void follow_colours(const FrameView& frame);
+  void sample_colours(const FrameView& frame);
+  void sample_rows(const FrameView& frame);
+  void learn_from_colours(const FrameView& frame, bool first_screen);
+  RowKey key_of(const FrameView& frame, const silhouette::LocalColours::Tile& tile) const;
+  // Without a ramp.
+  RowKey forms_for(const FrameView& frame, const silhouette::KeySignal& of) const;
+  // \p spread: of the screen's signal beyond noise, levels.
+  silhouette::Ramp ramp_for(double screen, double foreground, double unit,
+                            double spread = 0.0) const;
   void lay_out_plate();
   void lay_out_masks();
   void learn(const FrameView& frame);
   KeyLack lack() const;
+  // Takes the screen out of columns [x0, x1) of R, G, B, A pixels of row y, as far as they were keyed as showing it.
+  void unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const;
+  void unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const;
+  // The variance of noise over that of the subject's colours.
+  float doubt() const;
+  bool straightens() const { return despills() && method == KeyMethod::soft; }
   bool despills() const { return settings.spill > 0.0 && method != KeyMethod::difference; }
-  void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, std::uint8_t* alpha,
-                       BlockState* states) const;
+  void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, const RowKey& key,
+                       std::uint8_t* alpha, BlockState* states) const;
+  // Alpha of columns [x0, end), whole blocks, by the soft method.
+  void soft_span(const FrameView& frame, int y, int x0, int end, const RowKey& key,
+                 std::uint8_t* alpha, BlockState* states) const;
+  // Signals of columns [x0, stop), x0 even; valid until the thread's next row.
+  const std::int16_t* signal_row(const FrameView& frame, int y, int x0, int stop,
+                                 const RowKey& key) const;
   void alpha_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
   void limited_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
 };

@@ -21,6 +21,7 @@ struct PixelForms {
   std::int8_t b[4];
   std::int16_t a_offset;  ///< added to the sums after they were saturated to 16 bit, saturating
   std::int16_t b_offset;
+  bool operator==(const PixelForms&) const = default;
 };
 
 /// alpha = clamp(((base - signal) * gain + 2^14) >> 15, 0, 255), the difference saturated to 16
@@ -31,6 +32,7 @@ struct Ramp {
   std::int16_t gain;
   std::uint8_t low = 0;
   std::uint8_t high = 255;
+  bool operator==(const Ramp&) const = default;
 };
 
 /// Distance to a plate that may be darker or brighter: see KeyMethod::difference. alpha =

@@ -59,7 +59,7 @@ TEST(Allocation, NonePerFrameInOnePass) {
   variants[5].key.close = 2.0;
   variants[6].method = TraceMethod::binary;
   variants[7].key.method = KeyMethod::threshold;
-  variants[8].key.uneven = true;
+  variants[8].key.clip_black = 0.0;
   for (const FrameFormat format : test::all_formats) {
     std::vector<test::Frame> frames;
     for (int t = 0; t < 3; ++t) frames.push_back(figure(format, t));

@@ -20,27 +20,26 @@ using test::screen_green;
 using test::skin;
 
 TEST(KeySamples, SoftMatteIsLinearInTheMixingFraction) {
-  // Column x shows the foreground to x / 100. Red is the larger of the other channels in both
-  // colours, so the signal has no kink.
+  // Column 60 + x shows the foreground to x / 24, those beside one of the two alone. Red is the larger
+  // of the other channels in both colours, so the signal has no kink.
   static constexpr Colour screen{70, 190, 60}, subject{190, 130, 130};
-  const auto colour = [](int x, int) { return mix(screen, subject, x / 100.0); };
+  const auto share = [](int x) { return std::clamp((x - 60) / 24.0, 0.0, 1.0); };
+  const auto colour = [&](int x, int) { return mix(screen, subject, share(x)); };
   KeySettings settings;
   settings.screen = rgb(screen);
   settings.foreground = rgb(subject);
   settings.clip_black = 0.0;
   settings.clip_white = 1.0;
-  for (const FrameFormat format : test::all_formats) {
-    const test::Frame frame = test::make_frame(format, 101, 8, colour);
+  const auto check = [&](const test::Frame& frame, const std::string& what) {
     const Matte m = key(settings, frame.view);
-    for (int x = 0; x <= 100; ++x)
-      ASSERT_NEAR(m.row(4)[x], x * 2.55, 5.0) << name_of(format) << " " << x;
-  }
+    for (int x = 0; x < 161; ++x)
+      ASSERT_NEAR(m.row(4)[x], 255.0 * share(x), 8.0) << what << " " << x;
+  };
+  for (const FrameFormat format : test::all_formats)
+    check(test::make_frame(format, 161, 8, colour), name_of(format));
   for (const ColourMatrix matrix : {ColourMatrix::bt601, ColourMatrix::bt709, ColourMatrix::bt2020})
-    for (const bool full : {false, true}) {
-      const test::Frame frame = test::make_frame(FrameFormat::nv12, 101, 8, colour, matrix, full);
-      const Matte m = key(settings, frame.view);
-      for (int x = 0; x <= 100; ++x) ASSERT_NEAR(m.row(4)[x], x * 2.55, 5.0) << x;
-    }
+    for (const bool full : {false, true})
+      check(test::make_frame(FrameFormat::nv12, 161, 8, colour, matrix, full), "NV12");
 }
 
 TEST(KeySamples, ClipsStretchWhatIsBetween) {
@@ -222,10 +221,7 @@ TEST(KeySamples, UnevenScreen) {
   KeySettings settings;
   settings.clip_black = 0.0;
   settings.clip_white = 1.0;
-  const double plain = error(settings);
-  settings.uneven = true;
   const double followed = error(settings);
-  settings.uneven = false;
   auto plate = std::make_shared<Picture>(Picture{320, 180, 3, {}});
   for (int y = 0; y < 180; ++y)
     for (int x = 0; x < 320; ++x)
@@ -248,13 +244,11 @@ TEST(KeySamples, UnevenScreen) {
   for (int y = 0; y < 180; ++y)
     for (int x = 0; x < 320; ++x)
       with_learned += std::abs(learned.row(y)[x] / 255.0 - cover(x, y)) / 320 / 180;
-  std::printf(
-      "mean alpha error on an uneven screen: %.5f, followed %.5f, clean plate %.5f, learned %.5f\n",
-      plain, followed, with_plate, with_learned);
-  EXPECT_LT(followed, 0.002);
+  std::printf("mean alpha error on an uneven screen: %.5f, clean plate %.5f, learned %.5f\n",
+              followed, with_plate, with_learned);
+  EXPECT_LT(followed, 0.0025);
   EXPECT_LT(with_plate, 0.001);
   EXPECT_LT(with_learned, 0.004);
-  EXPECT_GT(plain, 3.0 * followed);
 }
 
 // A subject whose least solid parts stay below alpha 1: they are made solid without showing in
@@ -338,11 +332,9 @@ TEST(KeySamples, RealPicturesWithHandCutAlpha) {
     };
     const double soft = error({});
     KeySettings settings;
-    settings.uneven = true;
-    const double uneven = error(settings);
-    settings = {};
     settings.key = KeyColour::automatic;
     const double automatic = error(settings);
+    EXPECT_LT(soft, name == "toy_train1" ? 0.0042 : 0.006);
 
     // Colours a person might give, out of the parts that the truth calls subject or screen: by how
     // green they are, from the least to the most.
@@ -381,7 +373,6 @@ TEST(KeySamples, RealPicturesWithHandCutAlpha) {
       EXPECT_LT(screens.back(), 2.0 * soft) << "screen at " << quantile;
     }
     EXPECT_LT(soft, 0.8 * foregrounds[3]);
-    EXPECT_LT(screens[0], screens[2]);
     std::printf("%s given, from the least to the most green: foreground", name.c_str());
     for (const double e : foregrounds) std::printf(" %.4f", e);
     std::printf(", screen");
@@ -398,9 +389,9 @@ TEST(KeySamples, RealPicturesWithHandCutAlpha) {
       if (error(settings) < best) best = error(settings), best_strength = strength;
     }
     std::printf(
-        "%s mean absolute alpha error: soft %.4f, uneven %.4f, key=auto %.4f, prototype %.4f (best "
+        "%s mean absolute alpha error: soft %.4f, key=auto %.4f, prototype %.4f (best "
         "at strength %d: %.4f)\n",
-        name.c_str(), soft, uneven, automatic, prototype, best_strength, best);
+        name.c_str(), soft, automatic, prototype, best_strength, best);
     EXPECT_LT(soft, prototype);
     soft_sum += soft;
     prototype_best_sum += best;

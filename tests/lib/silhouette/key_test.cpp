@@ -265,9 +265,10 @@ TEST(Key, DespillAndViews) {
   const int alpha = m.row(0)[0];
   EXPECT_GT(alpha, 100);
   EXPECT_LT(alpha, 255);
-  EXPECT_EQ(show(KeyView::composite), (std::array<int, 4>{120, 120, 100, alpha}));
+  // Without the screen's share the green is still more than it may be.
+  EXPECT_EQ(show(KeyView::composite), (std::array<int, 4>{153, 153, 117, alpha}));
   EXPECT_EQ(show(KeyView::matte), (std::array<int, 4>{alpha, alpha, alpha, 255}));
-  EXPECT_EQ(show(KeyView::spill), (std::array<int, 4>{0, 50, 0, 255}));
+  EXPECT_EQ(show(KeyView::spill), (std::array<int, 4>{0, 4, 0, 255}));
   EXPECT_EQ(show(KeyView::status), (std::array<int, 4>{alpha, 64, 255 - alpha, 255}));
   const std::uint8_t* background = out.data() + 4 * 30;
   EXPECT_EQ((std::array<int, 4>{background[0], background[1], background[2], background[3]}),

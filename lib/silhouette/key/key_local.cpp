@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Keying by local colours: a span of tiles each has its own forms and ramp.
+#include <algorithm>
+#include <cmath>
+
+#include "silhouette/key/key_state.h"
+
+namespace polyhull {
+namespace {
+
+using silhouette::most_clipped;
+using silhouette::most_spread;
+
+constexpr double hair_lacks = 0.14;         // of solid parts: as much as fur of one colour
+constexpr double most_nearly_solid = 0.15;  // of the subject; pictures with less have up to 0.01
+constexpr double most_shift =
+    0.1;  // of the range from screen to subject: more makes outlines too large
+
+// levels(alpha): what the ramp finds of pixels that mix light with this alpha.
+template <class Levels>
+silhouette::Bend bend_for(const Levels& levels) {
+  constexpr float low = 0.2f, half = 0.5f;
+  const double a = std::clamp(levels(low), 0.02, 0.98), b = std::clamp(levels(half), 0.02, 0.98);
+  const double at_a = (low - a) / (a * (1.0 - a)), at_b = (half - b) / (b * (1.0 - b));
+  const double slope = std::abs(b - a) > 0.05 ? (at_b - at_a) / (b - a) : 0.0;
+  const auto fixed = [](double v) {
+    return static_cast<std::int32_t>(std::lround(std::clamp(v, -6.0, 6.0) * 4096.0));
+  };
+  return {fixed(at_b - slope * b), fixed(slope)};
+}
+
+}  // namespace
+
+Keyer::State::RowKey Keyer::State::forms_for(const FrameView& frame,
+                                             const silhouette::KeySignal& of) const {
+  RowKey key;
+  key.forms = silhouette::pixel_forms(of, path == Path::pixels ? format : FrameFormat::rgba);
+  if (path == Path::chroma) key.chroma = silhouette::chroma_forms(of, frame);
+  return key;
+}
+
+// How much screen and subject vary within their tiles, which no mixture explains, and the subject's
+// colour where the frame that was sampled showed none: once for each, until sampled anew.
+void Keyer::State::learn_from_colours(const FrameView& frame, bool first_screen) {
+  if (first_screen && colours.has_screen())
+    // Interpolated chroma's noise is more than what neighbours differ by, and silenced as that.
+    unquiet = std::max(noise, colours.screen_spread() / plain.unit - noise);
+  const std::optional<Vec3f> mean = subject_seen ? std::nullopt : colours.mean_subject();
+  if (mean) {
+    subject_seen = true;
+    if (!settings.foreground && samples.foreground == Rgb{}) {
+      for (int c = 0; c < 3; ++c)
+        samples.foreground[static_cast<std::size_t>(c)] =
+            static_cast<std::uint8_t>(std::lround((*mean)[c]));
+      samples.foreground_signal = plain.of(*mean);
+    }
+    const double range = std::max(samples.screen_signal - samples.foreground_signal, 8.0);
+    const double inside = colours.subject_spread() / plain.unit;
+    // 1.28 deviations: a tenth lies beyond.
+    const double lacks =
+        1.28 * std::sqrt(std::max(inside * inside - unquiet * unquiet, 0.0)) / range;
+    clip_of_subject = std::clamp(2.0 * (lacks - hair_lacks), 0.0, most_clipped);
+    spread_inside = std::clamp(lacks, spread_inside, most_spread);
+  }
+  if (!first_screen && !mean) return;
+  calibrate();
+  whole = forms_for(frame, signal);
+  lay_out_screen();
+}
+
+void Keyer::State::sample_rows(const FrameView& frame) {
+  const int x0 = active.x / 2 * 2, x1 = active.x + active.width;
+  colours.begin_frame(x0, x1, static_cast<int>(samples.screen_signal * plain.unit),
+                      noise * plain.unit);
+  const RowKey plain_key = forms_for(frame, plain);
+  for (int y = active.y; y < active.y + active.height; ++y)
+    if (colours.is_sampled(y)) colours.add_row(y, signal_row(frame, y, x0, x1, plain_key));
+  static thread_local std::vector<std::uint8_t> pixels;
+  pixels.resize(4 * row_length());
+  // One reference fits into a function without memory of its own.
+  colours.finish_frame([&frame](int y, int a, int b) {
+    convert_row(frame, y, a, b, pixels.data());
+    return pixels.data();
+  });
+}
+
+void Keyer::State::sample_colours(const FrameView& frame) {
+  if (!colours.begun()) colours.begin(width, height);
+  if (settings.screen && settings.foreground) {
+    colours.assume_screen(silhouette::vector_of(samples.screen));
+    colours.assume_subject(silhouette::vector_of(samples.foreground));
+    return;
+  }
+  const bool first = !colours.has_screen();
+  sample_rows(frame);
+  // A face before a yellow screen: all of it looks like a mixture.
+  if (!subject_seen && colours.nearly_solid() > most_nearly_solid) {
+    colours.begin(width, height);
+    colours.take_nearly_solid();
+    sample_rows(frame);
+  }
+  if (!colours.has_screen()) colours.assume_screen(silhouette::vector_of(samples.screen));
+  if (settings.foreground) colours.assume_subject(silhouette::vector_of(samples.foreground));
+  learn_from_colours(frame, first);
+  if (mixing.is_sure()) return;
+  // Chroma of half the width is off the edge that luma shows.
+  const double blurred = halved_across(frame) ? 3.0 : 0.0;
+  for (const auto& pixel : colours.mixed())
+    if (const auto& tile = colours.tile(pixel.tile); tile.has_subject)
+      mixing.add(tile.screen, tile.subject, pixel.colour, noise + blurred);
+  mixing.finish_frame();
+}
+
+Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame,
+                                          const silhouette::LocalColours::Tile& tile) const {
+  if (!tile.has_subject) {
+    // Tiles whose screens differ by less are one span.
+    const double step = std::max((screen_level - foreground_level) / 128.0, 0.1);
+    RowKey key = whole;
+    key.ramp = ramp_for(std::round(signal.of(tile.screen) / step) * step, foreground_level,
+                        signal.unit, tile.spread / plain.unit);
+    return key;
+  }
+  const silhouette::KeySignal own = silhouette::calibrated(plain, tile.screen, tile.subject, noise);
+  RowKey key = forms_for(frame, own);
+  const double from = own.of(tile.screen), to = own.of(tile.subject), range = from - to;
+  // The subject's least solid parts, a tenth of it, as far as silence does not make them solid.
+  const double spread = tile.subject_spread / plain.unit;
+  const double least = 1.28 * spread - most_spread * range;
+  const double most = most_shift * std::max(range, 0.0);
+  key.ramp = ramp_for(from, to + std::clamp(least, 0.0, most), own.unit, tile.spread / plain.unit);
+  if (mixing.in_light() && range > 0.0)
+    key.bend = bend_for([&](float alpha) {
+      return (from - own.of(silhouette::mixed_in_light(tile.screen, tile.subject, alpha))) / range;
+    });
+  return key;
+}
+
+void Keyer::State::follow_colours(const FrameView& frame) {
+  spans.clear();
+  first_spans.clear();
+  if (method != KeyMethod::soft || local || !samples.valid || active.empty()) return;
+  sample_colours(frame);
+  for (int row = 0; row < colours.down(); ++row) {
+    first_spans.push_back(spans.size());
+    for (int column = 0; column < colours.across(); ++column) {
+      const int begin = column * colours.size(), end = begin + colours.size();
+      const RowKey key = key_of(frame, colours.tile(column, row));
+      if (column > 0 && spans.back().key == key)
+        spans.back().end = end;
+      else
+        spans.push_back({begin, end, key});
+    }
+  }
+  first_spans.push_back(spans.size());
+}
+
+}  // namespace polyhull
