@@ -135,11 +135,11 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
   silhouette::RowAhead ahead;
   for (int y = 0; y < frame.height; ++y) {
     keyer.key_row(frame, y, blur.next_alpha(), blur.next_states());
+    if (settings.keep_matte) kept.add_row(blur.next_alpha(), blur.next_states());
     ask_for(frame, keyer.active(), y + 1, ahead);
     ahead.some();
     blur.push();
     while (blur.pull(row, &ahead)) {
-      if (settings.keep_matte) kept.add_row(row.values, row.states);
       ahead.some();
       contours.tracer.push(row.values, row.states, &ahead);
     }
@@ -153,7 +153,7 @@ void Silhouetter::State::planes(const FrameView& frame, const TraceSettings& tra
   contours.tracer.push_all(field, trace);
   if (!settings.keep_matte) return;
   kept.begin(frame.width, frame.height);
-  for (int y = 0; y < frame.height; ++y) kept.add_row(field.row(y), field.state_row(y));
+  for (int y = 0; y < frame.height; ++y) kept.add_row(keyed.row(y), keyed.state_row(y));
 }
 
 const Rings& Silhouetter::process(const FrameView& frame) {

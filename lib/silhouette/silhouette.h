@@ -65,8 +65,8 @@ class Silhouetter {
   const Rings& process(const FrameView& frame);
 
   /// The pixels of a region (e.g. bounding_rectangle()) of the frame just processed, despilled,
-  /// with the blurred matte as alpha: byte for byte what the chain of elements has there. Needs
-  /// SilhouetteSettings::keep_matte.
+  /// with the matte as it was keyed as alpha, as soft as the picture's edges: byte for byte what the
+  /// chain of elements has there. Needs SilhouetteSettings::keep_matte.
   void write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,
                   std::ptrdiff_t stride) const;
 

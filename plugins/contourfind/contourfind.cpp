@@ -7,6 +7,7 @@
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "plugins/common/memory/matte_meta.h"
@@ -54,6 +55,24 @@ MatteContent content_of(ContourFind& self, const GstVideoFrame& frame) {
   return {matte, nullptr, 0.0};
 }
 
+/// Writes what was keyed into a view's alpha, where the blur changed it: a picture's edges are as soft
+/// as that, and its colours belong to it.
+void write_keyed(const MatteContent& content, const View& view, std::uint8_t* alpha, int step) {
+  const Rectangle& roi = view.roi;
+  const int end = roi.x + roi.width;
+  for (int y = roi.y; y < roi.y + roi.height; ++y, alpha += view.stride) {
+    const BlockState* const blurred = content.field->state_row(y);
+    const BlockState* const states = content.keyed->state_row(y);
+    const std::uint8_t* const keyed = content.keyed->row(y);
+    for (int block = roi.x / matte_block; block * matte_block < end; ++block) {
+      if (states[block] == blurred[block] && states[block] != block_mixed) continue;
+      const int last = std::min((block + 1) * matte_block, end);
+      for (int x = std::max(block * matte_block, roi.x); x < last; ++x)
+        alpha[step * (x - roi.x)] = keyed[x];
+    }
+  }
+}
+
 /// The contours of \p content: where reuse is on and neither it nor the settings changed, those of
 /// the frame before.
 const Rings& ContourFind::find_contours(MatteContent content, const ContourValues& values,
@@ -76,7 +95,8 @@ GstBuffer* ContourFind::make_view(GstBaseTransform* base, const GstVideoFrame& f
   const ContourValues values = snapshot(base, contour);
   const double tolerance = tolerance_of(values);
   begin_view(base, values, frame);
-  view.contours = find_contours(content_of(*this, frame), values, tolerance);
+  const MatteContent content = content_of(*this, frame);
+  view.contours = find_contours(content, values, tolerance);
   view.roi = bounding_rectangle(view.contours, view.width, view.height);
   if (view.roi.empty()) return writer.write(view, nullptr, frame.buffer);
 
@@ -91,6 +111,7 @@ GstBuffer* ContourFind::make_view(GstBaseTransform* base, const GstVideoFrame& f
   for (int y = 0; y < view.roi.height; ++y) {
     std::memcpy(pixels.data() + stride * y, source + source_stride * (view.roi.y + y), stride);
   }
+  if (content.keyed != nullptr) write_keyed(content, view, pixels.data() + pixel - 1, pixel);
   view.pixels = pixels.bytes();
   return writer.write(view, pixels.memory(), frame.buffer);
 }

@@ -38,9 +38,9 @@ struct GaussBlur {
   BlurSettings values;  // under the object lock
 
   Statistics statistics{"gaussblur-stats"};
-  Blur blur;               // the rest belongs to the streaming thread
-  bool unwritten = false;  // the frame has its matte as it was attached
-  Matte read;
+  Blur blur;                // the rest belongs to the streaming thread
+  bool unwritten = false;   // the frame has its matte as it was attached
+  PlanePool<Matte> mattes;  // of frames without one
   PlanePool<Field> fields;
 };
 
@@ -72,16 +72,19 @@ void blur_frame(GstElement* element, const BlurSettings& values, GstVideoFrame* 
   const AlphaView alpha = alpha_of(*frame);
   self.blur.set(values);
   const MatteContent* content = attached_matte(frame->buffer, alpha, self.unwritten);
-  std::shared_ptr<const Matte> attached = content != nullptr ? content->matte : nullptr;
-  if (attached == nullptr)
-    load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, self.read);
-  const Matte& matte = attached != nullptr ? *attached : self.read;
+  const bool attached = content != nullptr && content->matte != nullptr;
+  std::shared_ptr<const Matte> matte = attached ? content->matte : nullptr;
+  if (!attached) {
+    const std::shared_ptr<Matte> read = self.mattes.take();
+    load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, *read);
+    matte = read;
+  }
   const std::shared_ptr<Field> field = self.fields.take();
-  self.blur.apply(matte, *field);
-  write_back(*field, matte, values.threshold, alpha.first, alpha.stride, alpha.step);
-  set_matte(frame->buffer, {nullptr, field, corrected_sigma(values, true)});
+  self.blur.apply(*matte, *field);
+  write_back(*field, *matte, values.threshold, alpha.first, alpha.stride, alpha.step);
+  set_matte(frame->buffer, {nullptr, field, corrected_sigma(values, true), matte});
   GST_LOG_OBJECT(element, "blurred by sigma %g, of %s matte: %" GST_PTR_FORMAT, values.sigma,
-                 attached != nullptr ? "the attached" : "its own", printed(frame->buffer));
+                 attached ? "the attached" : "its own", printed(frame->buffer));
 }
 
 GstFlowReturn transform_frame_ip(GstVideoFilter* filter, GstVideoFrame* frame) {
@@ -113,6 +116,7 @@ gboolean start(GstBaseTransform* base) {
 
 gboolean stop(GstBaseTransform* base) {
   state_of<GaussBlur>(base).fields.clear();
+  state_of<GaussBlur>(base).mattes.clear();
   return TRUE;
 }
 

@@ -72,8 +72,8 @@ RenderSettings with_soft_edges(bool soft) {
 TEST_P(SoftEdgeTest, HairIsNearerToTheTruth) {
   const auto renderer = make_renderer();
   const struct {
-    double degrees, most;  // of the polygons' error
-  } places[] = {{0.0, 0.65}, {4.5, 0.78}, {22.5, 0.86}};
+    double degrees, most;  // levels
+  } places[] = {{0.0, 10.9}, {4.5, 15.7}, {22.5, 20.6}};
   for (const auto& [degrees, most] : places) {
     const Picture truth = test::studio_truth(viewport(degrees), "hairy", 3.0, blue);
     double rms[2];
@@ -83,7 +83,8 @@ TEST_P(SoftEdgeTest, HairIsNearerToTheTruth) {
               .rms;
     RecordProperty("rms-" + std::to_string(degrees),
                    std::to_string(rms[0]) + " " + std::to_string(rms[1]));
-    EXPECT_LT(rms[1], most * rms[0]) << degrees;
+    EXPECT_LT(rms[1], 0.9 * rms[0]) << degrees;
+    EXPECT_LT(rms[1], most) << degrees;
   }
 }
 
@@ -153,7 +154,7 @@ TEST_P(SoftEdgeTest, BackendsAgree) {
     for (const char* subject : {"figure", "hairy"}) {
       const auto [soft, most] = compare(subject, true);
       const auto [hard, most_hard] = compare(subject, false);
-      EXPECT_GT(soft, hard - 0.5) << subject << " " << degrees;
+      EXPECT_GT(soft, hard - 1.2) << subject << " " << degrees;
       EXPECT_LE(most, most_hard + 2) << subject << " " << degrees;
     }
   }

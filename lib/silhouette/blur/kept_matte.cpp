@@ -17,14 +17,16 @@ void KeptMatte::begin(int width, int height) {
   used_ = 0;
 }
 
-void KeptMatte::add_row(const std::int16_t* values, const BlockState* states) {
+void KeptMatte::add_row(const std::uint8_t* alpha, const BlockState* states) {
   const auto blocks = static_cast<std::size_t>(blocks_);
   std::memcpy(states_.data() + begins_.size() * blocks, states, blocks);
   begins_.push_back(used_);
   const std::size_t most = used_ + blocks * matte_block;
   if (values_.size() < most) values_.resize(most + most / 2);
   const int mixed = kernels().mixed_blocks(states, blocks_, mixed_.data());
-  kernels().levels(values, mixed_.data(), mixed, values_.data() + used_);
+  for (int i = 0; i < mixed; ++i)
+    std::memcpy(values_.data() + used_ + i * matte_block, alpha + mixed_[i] * matte_block,
+                matte_block);
   used_ += static_cast<std::size_t>(mixed) * matte_block;
 }
 

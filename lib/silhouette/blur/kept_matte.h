@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The blurred matte of a frame in 8 bit, for the pixels of a view: only the states of the blocks
-/// and the values of the mixed ones, which are a tenth of a plane and stay in the caches. Internal.
+/// The keyed matte of a frame, for the pixels of a view: only the states of the blocks and the
+/// values of the mixed ones, which are a tenth of a plane and stay in the caches. Internal.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ class KeptMatte {
  public:
   /// Before the first row of a frame.
   void begin(int width, int height);
-  /// The next row of the field, top to bottom.
-  void add_row(const std::int16_t* values, const BlockState* states);
+  /// The next row of the matte, top to bottom; whole blocks.
+  void add_row(const std::uint8_t* alpha, const BlockState* states);
   /// A matte whose every row is row \p y. Valid until the next call.
   const Matte& row(int y);
 

@@ -17,6 +17,12 @@ constexpr float other_colour = 0.15f, other_colour_beside = 0.04f;
 // Of the screen's signal: what has less is subject, what has more is screen.
 constexpr double screen_above = 0.5;
 
+constexpr int solid_shift = 2;  // px that count as one solid colour, as a power of 2: less noise
+constexpr int solid_inset = 2;  // px beside an edge that do not
+// Of the screen's signal: by which the neighbours of a solid pixel differ at most beside noise. On edges
+// of strong colours, which look like subject in most of their width, they differ by more.
+constexpr double flat = 0.08;
+
 constexpr float unsure = 0.2f;  // weight of what may be an edge's
 
 enum Kind : std::uint8_t { between, subject, screen };
@@ -88,6 +94,7 @@ void LocalColours::add_row(int y, const std::int16_t* signal) {
 void LocalColours::sum_row(std::size_t row, const Colours& colours) {
   const auto below = static_cast<float>(std::max(subject_below_ * screen_signal_, 1.0));
   const auto width = static_cast<std::size_t>(x1_ - x0_);
+  const auto steepest = static_cast<int>(flat * screen_signal_ + 2.0 * noise_);
   const int y = rows_[row];
   const std::uint8_t* const kinds = kinds_.data() + row * width;
   const std::uint8_t* const upper = row > 0 ? kinds - width : kinds;
@@ -110,6 +117,16 @@ void LocalColours::sum_row(std::size_t row, const Colours& colours) {
       for (int x = begin; rgb != nullptr && x < end; ++x, rgb += 4)
         mixed_.push_back({index(x >> shift_, y >> shift_), Vec3f(rgb[0], rgb[1], rgb[2])});
       continue;
+    }
+    if (kind == subject) {
+      const int from = begin + solid_inset, to = end - solid_inset;
+      const std::uint8_t* rgb = from < to ? colours(y, from, to) : nullptr;
+      for (int x = from; x < to; ++x, rgb += 4) {
+        if (std::abs(signal[x + 1 - x0_] - signal[x - 1 - x0_]) > steepest) continue;
+        Solid& solid = solids_[row * solids_across() + static_cast<std::size_t>(x >> solid_shift)];
+        solid.sum += Vec3f(rgb[0], rgb[1], rgb[2]);
+        ++solid.count;
+      }
     }
     // Beside the row it goes on.
     const int from = begin == x0_ ? begin : begin + inset, to = end == x1_ ? end : end - inset;
@@ -178,7 +195,25 @@ std::optional<Vec3f> LocalColours::mean_subject() const {
   return all.colour / all.weight;
 }
 
+std::size_t LocalColours::solids_across() const {
+  return static_cast<std::size_t>(across_ << shift_ >> solid_shift);
+}
+
+void LocalColours::solid_colours(int column, int row, std::vector<Vec3f>& out) const {
+  const auto across = static_cast<int>(solids_across());
+  const int begin = std::max(column - 1, 0) * size() >> solid_shift;
+  const int end = std::min((column + 2) * size() >> solid_shift, across);
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    if (std::abs((rows_[i] >> shift_) - row) > 1) continue;
+    for (int k = begin; k < end; ++k)
+      if (const Solid& solid = solids_[i * solids_across() + static_cast<std::size_t>(k)];
+          solid.count > 1)
+        out.push_back(solid.sum / static_cast<float>(solid.count));
+  }
+}
+
 void LocalColours::finish_frame(const Colours& colours) {
+  solids_.assign(rows_.size() * solids_across(), {});
   for (std::size_t row = 0; row < rows_.size(); ++row) sum_row(row, colours);
   find_screens();
   find_subjects();

@@ -80,6 +80,10 @@ class LocalColours {
   /// Two rows of pixels in each row of tiles.
   bool is_sampled(int y) const { return y % (size() / 2) == size() / 4; }
 
+  /// The colours of all that may be solid subject in a tile and those beside it, each the mean of a
+  /// few pixels of a row; appended.
+  void solid_colours(int column, int row, std::vector<Vec3f>& out) const;
+
   int size() const { return 1 << shift_; }
   int across() const { return across_; }
   int down() const { return down_; }
@@ -123,6 +127,13 @@ class LocalColours {
   std::vector<int> rows_;                    // sampled ones, and of their pixels
   std::vector<std::int16_t> signals_;        // signals
   std::vector<std::uint8_t> kinds_;          // and kinds
+  // Of few pixels of a sampled row: of those that may be solid subject, and how many these are.
+  struct Solid {
+    Vec3f sum{0.0f};
+    int count = 0;
+  };
+  std::vector<Solid> solids_;  // row by row
+  std::size_t solids_across() const;
 };
 
 }  // namespace polyhull::silhouette

@@ -16,6 +16,19 @@ constexpr double most_nearly_solid = 0.15;  // of the subject; pictures with les
 constexpr double most_shift =
     0.1;  // of the range from screen to subject: more makes outlines too large
 
+// By how much less than the subject's mean colour counts as solid, in alpha. \p usual: what a tenth of it
+// lacks. Outlines grow with it, so it is little until a few of its \p parts, whose order changes, lack so
+// much that they would be seen through; sooner before a \p strong colour, 0..1, to which nothing is alike.
+double solid_end(double usual, double strong, std::vector<double>& parts) {
+  const double beyond = std::clamp(usual - most_spread, 0.0, most_shift);
+  if (parts.empty()) return beyond;
+  constexpr double few = 1.0;
+  const double most = silhouette::quantile(
+      parts, std::clamp(1.0 - few / static_cast<double>(parts.size()), 0.5, 0.95));
+  const double share = std::clamp((most - 0.25 + 0.1 * strong) / (0.15 - 0.05 * strong), 0.0, 1.0);
+  return beyond + share * std::max(most - beyond, 0.0);
+}
+
 // levels(alpha): what the ramp finds of pixels that mix light with this alpha.
 template <class Levels>
 silhouette::Bend bend_for(const Levels& levels) {
@@ -111,8 +124,8 @@ void Keyer::State::sample_colours(const FrameView& frame) {
   mixing.finish_frame();
 }
 
-Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame,
-                                          const silhouette::LocalColours::Tile& tile) const {
+Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame, int column, int row) const {
+  const silhouette::LocalColours::Tile& tile = colours.tile(column, row);
   if (!tile.has_subject) {
     // Tiles whose screens differ by less are one span.
     const double step = std::max((screen_level - foreground_level) / 128.0, 0.1);
@@ -124,11 +137,18 @@ Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame,
   const silhouette::KeySignal own = silhouette::calibrated(plain, tile.screen, tile.subject, noise);
   RowKey key = forms_for(frame, own);
   const double from = own.of(tile.screen), to = own.of(tile.subject), range = from - to;
-  // The subject's least solid parts, a tenth of it, as far as silence does not make them solid.
-  const double spread = tile.subject_spread / plain.unit;
-  const double least = 1.28 * spread - most_spread * range;
-  const double most = most_shift * std::max(range, 0.0);
-  key.ramp = ramp_for(from, to + std::clamp(least, 0.0, most), own.unit, tile.spread / plain.unit);
+  double to_solid = 0.0;
+  if (range > 0.0 && !settings.foreground) {
+    static thread_local std::vector<Vec3f> solids;
+    static thread_local std::vector<double> parts;
+    solids.clear(), parts.clear();
+    colours.solid_colours(column, row, solids);
+    for (const Vec3f& colour : solids) parts.push_back((own.of(colour) - to) / range);
+    const double strong =
+        std::clamp(-2.0 * plain.of(tile.subject) / std::max(plain.of(tile.screen), 1.0), 0.0, 1.0);
+    to_solid = solid_end(1.28 * tile.subject_spread / plain.unit / range, strong, parts) * range;
+  }
+  key.ramp = ramp_for(from, to + to_solid, own.unit, tile.spread / plain.unit);
   if (mixing.in_light() && range > 0.0)
     key.bend = bend_for([&](float alpha) {
       return (from - own.of(silhouette::mixed_in_light(tile.screen, tile.subject, alpha))) / range;
@@ -145,7 +165,7 @@ void Keyer::State::follow_colours(const FrameView& frame) {
     first_spans.push_back(spans.size());
     for (int column = 0; column < colours.across(); ++column) {
       const int begin = column * colours.size(), end = begin + colours.size();
-      const RowKey key = key_of(frame, colours.tile(column, row));
+      const RowKey key = key_of(frame, column, row);
       if (column > 0 && spans.back().key == key)
         spans.back().end = end;
       else

@@ -149,7 +149,7 @@ struct Keyer::State {
   void sample_colours(const FrameView& frame);
   void sample_rows(const FrameView& frame);
   void learn_from_colours(const FrameView& frame, bool first_screen);
-  RowKey key_of(const FrameView& frame, const silhouette::LocalColours::Tile& tile) const;
+  RowKey key_of(const FrameView& frame, int column, int row) const;  // of a tile
   // Without a ramp.
   RowKey forms_for(const FrameView& frame, const silhouette::KeySignal& of) const;
   // \p spread: of the screen's signal beyond noise, levels.

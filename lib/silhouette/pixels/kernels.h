@@ -90,9 +90,6 @@ struct Kernels {
 
   /// The mixed ones of a row of blocks, ascending; returns how many. Writes one entry more.
   int (*mixed_blocks)(const BlockState* states, int blocks, std::uint16_t* list);
-  /// A field's values rounded to 8 bit: those of `count` blocks, one block after the other.
-  void (*levels)(const std::int16_t* values, const std::uint16_t* blocks, int count,
-                 std::uint8_t* out);
 
   /// out[x] = (sum over k of weights[k] * (rows[r-k][x] + rows[r+k][x]) + 2^8) >> 9 for the columns
   /// of `count` blocks, the centre row once. weights has radius+1 entries and one 0 after them;

@@ -111,13 +111,6 @@ int mixed_blocks(const BlockState* states, int blocks, std::uint16_t* list) {
   return count;
 }
 
-void levels(const std::int16_t* values, const std::uint16_t* blocks, int count, std::uint8_t* out) {
-  for (int i = 0; i < count * matte_block; ++i) {
-    const int x = blocks[i / matte_block] * matte_block + i % matte_block;
-    out[i] = static_cast<std::uint8_t>((values[x] + field_scale / 2) / field_scale);
-  }
-}
-
 void fir_vertical(const std::uint8_t* const* rows, int radius, const std::int16_t* weights,
                   const std::uint16_t* blocks, int count, std::int16_t* out) {
   for (int i = 0; i < count * matte_block; ++i) {
@@ -159,11 +152,11 @@ void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t*
 }  // namespace
 
 const Kernels& plain_kernels() {
-  static const Kernels table{"plain",          pixel_signal,   pixel_alpha,   ramp_alpha,
-                             local_alpha,      chroma_signal,  double_left,   doubled_alpha,
-                             difference_alpha, states,         mixed_blocks,  levels,
-                             fir_vertical,     fir_horizontal, inside,        find_changes,
-                             crossing_offsets, line_deviation, edge_deviation};
+  static const Kernels table{"plain",          pixel_signal,  pixel_alpha,  ramp_alpha,
+                             local_alpha,      chroma_signal, double_left,  doubled_alpha,
+                             difference_alpha, states,        mixed_blocks, fir_vertical,
+                             fir_horizontal,   inside,        find_changes, crossing_offsets,
+                             line_deviation,   edge_deviation};
   return table;
 }
 

@@ -13,11 +13,12 @@
 
 namespace polyhull {
 
-/// A frame's matte in either form. Exactly one of the two planes is set.
+/// A frame's matte in either form. Exactly one of the first two planes is set.
 struct MatteContent {
   std::shared_ptr<const Matte> matte;  ///< not blurred, or blurred and thresholded
   std::shared_ptr<const Field> field;  ///< blurred
   double sigma = 0.0;                  ///< px; what it was blurred with
+  std::shared_ptr<const Matte> keyed;  ///< with field: what was blurred
 };
 
 /// Whether the alpha in every \p step-th byte from \p first on, rows \p stride bytes apart, still

@@ -281,6 +281,30 @@ TEST(KeyEdges, ColoursAreStraightBeforeAPlate) {
   }
 }
 
+// A print whose colour is far from the screen's makes nothing beside it translucent, however little
+// of the subject there is.
+TEST(KeyEdges, StrongColoursBesideOthersLeaveThemSolid) {
+  for (const Colour& print : {Colour{255, 0, 255}, Colour{200, 20, 30}})
+    for (const int half : {7, 16}) {
+      const auto distance = [](int x, int y) { return 22.3 - std::hypot(x - 63.7, y - 63.2); };
+      const test::Frame frame = test::make_frame(FrameFormat::rgbx, size, size, [&](int x, int y) {
+        const Colour inside =
+            std::max(std::abs(x - 63), std::abs(y - 63)) < half ? print : Colour{200, 190, 180};
+        return mix(screen, inside, std::clamp(distance(x, y) + 0.5, 0.0, 1.0));
+      });
+      const Matte matte = test::key({}, frame.view);
+      double area = 0.0, truth = 0.0;
+      for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+          area += matte.row(y)[x] / 255.0;
+          truth += std::clamp(distance(x, y) + 0.5, 0.0, 1.0);
+          if (distance(x, y) <= 1.0) continue;
+          ASSERT_EQ(matte.row(y)[x], 255) << x << "," << y << " " << half;
+        }
+      EXPECT_NEAR((area - truth) / (2.0 * std::numbers::pi * 22.3), 0.0, 0.2) << print[0] << half;
+    }
+}
+
 TEST(KeyEdges, BlackMayBeGivenAsForeground) {
   KeySettings settings;
   settings.foreground = Rgb{0, 0, 0};

@@ -37,7 +37,7 @@ test::Frame figure(FrameFormat format, int width, int height, double t, double n
   });
 }
 
-Rings staged(const SilhouetteSettings& s, const FrameView& frame, Matte* blurred = nullptr) {
+Rings staged(const SilhouetteSettings& s, const FrameView& frame) {
   Keyer keyer;
   keyer.set(s.key);
   Matte matte;
@@ -49,11 +49,6 @@ Rings staged(const SilhouetteSettings& s, const FrameView& frame, Matte* blurred
   Contourer contourer;
   const TraceSettings trace{s.method, corrected_sigma(s.blur, s.correct_curvature)};
   const Rings rings = contourer.find(field, {trace, s.approximate});
-  if (blurred) {
-    blurred->resize(frame.width, frame.height);
-    for (int y = 0; y < frame.height; ++y)
-      store_field_row(field.row(y), frame.width, 0, blurred->row(y), 1);
-  }
   return rings;
 }
 
@@ -75,22 +70,21 @@ TEST(Silhouette, OnePassEqualsTheStages) {
       const test::Frame frame = figure(format, 211, 133, 1.0, 2.0);
       Silhouetter silhouetter;
       silhouetter.set(variants[i]);
-      Matte blurred;
-      const Rings want = staged(variants[i], frame.view, &blurred);
+      const Rings want = staged(variants[i], frame.view);
       for (int repeat = 0; repeat < 2; ++repeat) {
         const Rings& got = silhouetter.process(frame.view);
         EXPECT_EQ(got, want) << "variant " << i << " " << name_of(format);
         EXPECT_FALSE(got.empty());
         EXPECT_TRUE(test::simple_and_disjoint(got));
       }
-      // The pixels: the keyer's colours with the blurred matte.
+      // The pixels: the keyer's colours with its matte.
       Keyer keyer;
       keyer.set(variants[i].key);
       Matte keyed;
       keyer.key(frame.view, keyed);
       const Rectangle box = bounding_rectangle(want, 211, 133);
       std::vector<std::uint8_t> a(4 * static_cast<std::size_t>(box.width) * box.height), b = a;
-      keyer.write_rgba(frame.view, blurred, box, KeyView::composite, a.data(), 4 * box.width);
+      keyer.write_rgba(frame.view, keyed, box, KeyView::composite, a.data(), 4 * box.width);
       silhouetter.write_rgba(frame.view, box, b.data(), 4 * box.width);
       EXPECT_EQ(a, b) << "variant " << i;
     }
@@ -371,8 +365,6 @@ TEST(Silhouette, KernelsAgree) {
       out.bits.resize(block_states.size() + 1);
       out.bits.resize(static_cast<std::size_t>(k.mixed_blocks(
           block_states.data(), static_cast<int>(block_states.size()), out.bits.data())));
-      k.levels(values.data(), blocks, 4, alpha.data());
-      keep();
       const std::size_t mixed = out.bits.size();
       out.bits.resize(mixed + n / 16);
       out.corrected.resize(n);
