@@ -134,7 +134,7 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
   Blur::State::Row row;
   silhouette::RowAhead ahead;
   for (int y = 0; y < frame.height; ++y) {
-    keyer.key_row(frame, y, blur.next_alpha(), blur.next_states());
+    keyer.key_row(frame, y, blur.next_alpha(), blur.next_states(), settings.keep_matte);
     if (settings.keep_matte) kept.add_row(blur.next_alpha(), blur.next_states());
     ask_for(frame, keyer.active(), y + 1, ahead);
     ahead.some();

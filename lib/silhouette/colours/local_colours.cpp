@@ -23,6 +23,8 @@ constexpr int solid_inset = 2;  // px beside an edge that do not
 // of strong colours, which look like subject in most of their width, they differ by more.
 constexpr double flat = 0.08;
 
+constexpr double plain_above = 0.85;  // of the screen's signal: no pixel of a plain tile has less
+
 constexpr float unsure = 0.2f;  // weight of what may be an edge's
 
 enum Kind : std::uint8_t { between, subject, screen };
@@ -63,6 +65,7 @@ void LocalColours::begin(int width, int height) {
   tiles_.assign(count, {});
   screens_.resize(count);
   subjects_.resize(count);
+  known_.reserve(count);
   has_screen_ = false;
 }
 
@@ -92,14 +95,7 @@ void LocalColours::add_row(int y, const std::int16_t* signal) {
 }
 
 void LocalColours::sum_row(std::size_t row, const Colours& colours) {
-  const auto below = static_cast<float>(std::max(subject_below_ * screen_signal_, 1.0));
-  const auto width = static_cast<std::size_t>(x1_ - x0_);
-  const auto steepest = static_cast<int>(flat * screen_signal_ + 2.0 * noise_);
-  const int y = rows_[row];
-  const std::uint8_t* const kinds = kinds_.data() + row * width;
-  const std::uint8_t* const upper = row > 0 ? kinds - width : kinds;
-  const std::uint8_t* const lower = row + 1 < rows_.size() ? kinds + width : kinds;
-  const std::int16_t* const signal = signals_.data() + row * width;
+  const auto [signal, kinds, upper, lower, y] = row_of(row);
   for (int begin = x0_, end; begin < x1_; begin = end) {
     const std::uint8_t kind = kinds[begin - x0_];
     // The run of this kind, eight at a time.
@@ -110,6 +106,8 @@ void LocalColours::sum_row(std::size_t row, const Colours& colours) {
       if (next != eight) break;
     }
     while (end < x1_ && kinds[end - x0_] == kind) ++end;
+    for (int i = begin >> shift_; kind != screen && i <= (end - 1) >> shift_; ++i)
+      shown_[index(i, y >> shift_)] = 1;
     if (kind == between) {
       for (int x = begin + inset; x < end - inset; ++x)
         nearly_solid_ += upper[x - x0_] != screen && lower[x - x0_] != screen;
@@ -118,43 +116,85 @@ void LocalColours::sum_row(std::size_t row, const Colours& colours) {
         mixed_.push_back({index(x >> shift_, y >> shift_), Vec3f(rgb[0], rgb[1], rgb[2])});
       continue;
     }
-    if (kind == subject) {
-      const int from = begin + solid_inset, to = end - solid_inset;
-      const std::uint8_t* rgb = from < to ? colours(y, from, to) : nullptr;
-      for (int x = from; x < to; ++x, rgb += 4) {
-        if (std::abs(signal[x + 1 - x0_] - signal[x - 1 - x0_]) > steepest) continue;
-        Solid& solid = solids_[row * solids_across() + static_cast<std::size_t>(x >> solid_shift)];
-        solid.sum += Vec3f(rgb[0], rgb[1], rgb[2]);
-        ++solid.count;
-      }
-    }
+    if (kind == subject) sum_solids(row, begin, end, colours);
     // Beside the row it goes on.
     const int from = begin == x0_ ? begin : begin + inset, to = end == x1_ ? end : end - inset;
-    for (int x = from; x < to;) {
-      const int column = x >> shift_, stop = std::min((column + 1) << shift_, to);
-      const std::size_t at = index(column, y >> shift_);
-      Sum& sum = (kind == screen ? screens_ : subjects_)[at];
-      const std::uint8_t* rgb = colours(y, x, stop);
-      // Of the screen, which is most of the picture, every second one is enough.
-      const int step = kind == screen ? 2 : 1;
-      for (; x < stop; x += step, rgb += 4 * step) {
-        const int i = x - x0_;
-        const auto d = static_cast<float>(signal[i]);
-        // Where the next sampled rows show something else an edge may lie along this one: what is surely
-        // the subject's counts most.
-        const bool sure = upper[i] == kind && lower[i] == kind;
-        if (kind == screen && !sure) continue;
-        const float solid = std::min(below - d, below) / below;
-        const float weight = kind == screen ? 1.0f : sure ? solid : unsure * solid;
-        sum.colour += weight * Vec3f(rgb[0], rgb[1], rgb[2]);
-        sum.weight += weight;
-        if (!sure) continue;
-        solid_ += kind == subject;
-        sum.count += 1.0f;
-        sum.signal += d;
-        sum.square += d * d;
-      }
+    if (from >= to) continue;
+    const std::uint8_t* const rgb = colours(y, from, to);
+    if (kind == screen)
+      sum_screen(row, from, to, rgb);
+    else
+      sum_subject(row, from, to, rgb);
+  }
+}
+
+LocalColours::Row LocalColours::row_of(std::size_t row) const {
+  const auto width = static_cast<std::size_t>(x1_ - x0_);
+  const std::uint8_t* const kinds = kinds_.data() + row * width;
+  return {signals_.data() + row * width, kinds, row > 0 ? kinds - width : kinds,
+          row + 1 < rows_.size() ? kinds + width : kinds, rows_[row]};
+}
+
+void LocalColours::sum_solids(std::size_t row, int begin, int end, const Colours& colours) {
+  const int from = begin + solid_inset, to = end - solid_inset;
+  if (from >= to) return;
+  const auto steepest = static_cast<int>(flat * screen_signal_ + 2.0 * noise_);
+  const Row r = row_of(row);
+  const std::uint8_t* rgb = colours(r.y, from, to);
+  for (int x = from; x < to; ++x, rgb += 4) {
+    if (std::abs(r.signal[x + 1 - x0_] - r.signal[x - 1 - x0_]) > steepest) continue;
+    Solid& solid = solids_[row * solids_across() + static_cast<std::size_t>(x >> solid_shift)];
+    solid.sum += Vec3f(rgb[0], rgb[1], rgb[2]);
+    ++solid.count;
+  }
+}
+
+// Of the screen, which is most of the picture, every second pixel is enough.
+void LocalColours::sum_screen(std::size_t row, int from, int to, const std::uint8_t* rgb) {
+  const Row r = row_of(row);
+  for (int x = from; x < to;) {
+    const int column = x >> shift_, stop = std::min((column + 1) << shift_, to);
+    int sums[3] = {}, count = 0, signals = 0, least = 32767;
+    std::int64_t squares = 0;
+    for (; x < stop; x += 2, rgb += 8) {
+      const int i = x - x0_, d = r.signal[i];
+      least = std::min(least, d);
+      if (r.upper[i] != screen || r.lower[i] != screen) continue;
+      for (int c = 0; c < 3; ++c) sums[c] += rgb[c];
+      ++count;
+      signals += d;
+      squares += d * d;
     }
+    const std::size_t at = index(column, r.y >> shift_);
+    if (least < plain_above * screen_signal_) shown_[at] = 1;
+    Sum& sum = screens_[at];
+    sum.colour += Vec3f(sums[0], sums[1], sums[2]);
+    sum.weight += static_cast<float>(count);
+    sum.count += static_cast<float>(count);
+    sum.signal += static_cast<float>(signals);
+    sum.square += static_cast<float>(squares);
+  }
+}
+
+void LocalColours::sum_subject(std::size_t row, int from, int to, const std::uint8_t* rgb) {
+  const auto below = static_cast<float>(std::max(subject_below_ * screen_signal_, 1.0));
+  const Row r = row_of(row);
+  for (int x = from; x < to; ++x, rgb += 4) {
+    Sum& sum = subjects_[index(x >> shift_, r.y >> shift_)];
+    const int i = x - x0_;
+    const auto d = static_cast<float>(r.signal[i]);
+    // Where the next sampled rows show something else an edge may lie along this one: what is surely
+    // the subject's counts most.
+    const bool sure = r.upper[i] == subject && r.lower[i] == subject;
+    const float solid = std::min(below - d, below) / below;
+    const float weight = sure ? solid : unsure * solid;
+    sum.colour += weight * Vec3f(rgb[0], rgb[1], rgb[2]);
+    sum.weight += weight;
+    if (!sure) continue;
+    solid_ += 1.0;
+    sum.count += 1.0f;
+    sum.signal += d;
+    sum.square += d * d;
   }
 }
 
@@ -212,14 +252,32 @@ void LocalColours::solid_colours(int column, int row, std::vector<Vec3f>& out) c
   }
 }
 
+template <class Counts, class Mark>
+void LocalColours::mark_beside(const Counts& counts, const Mark& mark) const {
+  for (int row = 0; row < down_; ++row)
+    for (int column = 0; column < across_; ++column) {
+      if (!counts(index(column, row))) continue;
+      for (int j = std::max(row - 1, 0); j <= std::min(row + 1, down_ - 1); ++j)
+        for (int i = std::max(column - 1, 0); i <= std::min(column + 1, across_ - 1); ++i)
+          mark(index(i, j));
+    }
+}
+
 void LocalColours::finish_frame(const Colours& colours) {
   solids_.assign(rows_.size() * solids_across(), {});
+  shown_.assign(tiles_.size(), 0);
   for (std::size_t row = 0; row < rows_.size(); ++row) sum_row(row, colours);
   find_screens();
   find_subjects();
+  for (Tile& t : tiles_) t.plain = true;
+  mark_beside([&](std::size_t i) { return shown_[i] != 0; },
+              [&](std::size_t i) { tiles_[i].plain = false; });
 }
 
 void LocalColours::find_screens() {
+  beside_subject_.assign(tiles_.size(), 0);
+  mark_beside([&](std::size_t i) { return subjects_[i].weight > 0.0f; },
+              [&](std::size_t i) { beside_subject_[i] = 1; });
   const float least = 0.5f * static_cast<float>(size());  // samples
   const double alike = 2.0 * noise_ + 0.02 * screen_signal_;
   bool any = false;
@@ -234,60 +292,49 @@ void LocalColours::find_screens() {
   }
   if (!any) return;
   has_screen_ = true;
-  Polynomial fit = fitted();
+  evaluate(fitted());
   // More or less light on the screen is of its colour; what is not shows something else, too.
-  const auto of_its_colour = [&](const Vec3f& colour, int i, int j) {
-    const Vec3f usual = value(fit, i, j);
+  const auto of_its_colour = [&](const Vec3f& colour, std::size_t at) {
+    const Vec3f usual = values_[at];
     const Vec3f other = colour - glm::dot(colour, usual) / glm::dot(usual, usual) * usual;
-    const float share = beside_subject(i, j) ? other_colour_beside : other_colour;
+    const float share = beside_subject_[at] != 0 ? other_colour_beside : other_colour;
     return glm::length(other) <= share * glm::length(usual) + 1.0f;
   };
   bool again = false;
-  for (int j = 0; j < down_; ++j)
-    for (int i = 0; i < across_; ++i) {
-      Tile& t = tiles_[index(i, j)];
-      const bool is_new = t.seen && screens_[index(i, j)].weight > 0.0f;
-      if (!is_new || of_its_colour(t.screen, i, j)) continue;
-      t = before_[index(i, j)];
-      again = true;
-    }
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    Tile& t = tiles_[i];
+    const bool is_new = t.seen && screens_[i].weight > 0.0f;
+    if (!is_new || of_its_colour(t.screen, i)) continue;
+    t = before_[i];
+    again = true;
+  }
   if (again) {
     has_screen_ = std::any_of(tiles_.begin(), tiles_.end(), [](const Tile& t) { return t.seen; });
     if (!has_screen_) return;
-    fit = fitted();
+    evaluate(fitted());
   }
   // Away from the subject: edges of shadows and folds, and light that falls off steeply, vary within a tile.
   const double steep = 0.008 * screen_signal_;
-  for (int j = 0; j < down_; ++j)
-    for (int i = 0; i < across_; ++i) {
-      Tile& t = tiles_[index(i, j)];
-      const Sum& sum = screens_[index(i, j)];
-      if (sum.weight < least || beside_subject(i, j)) continue;
-      if (t.seen && variance(sum) <= 2.5 * noise_ * noise_ + steep * steep) continue;
-      if (!of_its_colour(sum.colour / sum.weight, i, j)) continue;
-      t.screen = sum.colour / sum.weight;
-      t.spread = beyond_noise(sum);
-      t.varies |= !t.seen;
-      t.seen = true;
-    }
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    Tile& t = tiles_[i];
+    const Sum& sum = screens_[i];
+    if (sum.weight < least || beside_subject_[i] != 0) continue;
+    if (t.seen && variance(sum) <= 2.5 * noise_ * noise_ + steep * steep) continue;
+    if (!of_its_colour(sum.colour / sum.weight, i)) continue;
+    t.screen = sum.colour / sum.weight;
+    t.spread = beyond_noise(sum);
+    t.varies |= !t.seen;
+    t.seen = true;
+  }
   // Beside the subject shadows cannot be told from dark hair: there the light varies as elsewhere.
   float squares = 0.0f, count = 0.0f;
-  for (int j = 0; j < down_; ++j)
-    for (int i = 0; i < across_; ++i)
-      if (const Tile& t = tile(i, j); t.seen && !beside_subject(i, j))
-        squares += t.spread * t.spread, count += 1.0f;
+  for (std::size_t i = 0; i < tiles_.size(); ++i)
+    if (tiles_[i].seen && beside_subject_[i] == 0)
+      squares += tiles_[i].spread * tiles_[i].spread, count += 1.0f;
   const float elsewhere = 2.0f * std::sqrt(squares / std::max(count, 1.0f));
-  for (int j = 0; j < down_; ++j)
-    for (int i = 0; i < across_; ++i)
-      if (beside_subject(i, j)) tiles_[index(i, j)].spread = elsewhere;
-  spread_screens(fit);
-}
-
-bool LocalColours::beside_subject(int column, int row) const {
-  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, down_ - 1); ++j)
-    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, across_ - 1); ++i)
-      if (subjects_[index(i, j)].weight > 0.0f) return true;
-  return false;
+  for (std::size_t i = 0; i < tiles_.size(); ++i)
+    if (beside_subject_[i] != 0) tiles_[i].spread = elsewhere;
+  spread_screens();
 }
 
 LocalColours::Polynomial LocalColours::fitted() const {
@@ -314,14 +361,18 @@ LocalColours::Polynomial LocalColours::fitted() const {
   return out;
 }
 
-Vec3f LocalColours::value(const Polynomial& fit, int column, int row) const {
-  const auto p = powers(place(column, across_), place(row, down_));
-  Vec3f out(0.0f);
-  for (int k = 0; k < terms; ++k) out += static_cast<float>(p[k]) * fit[k];
-  return glm::clamp(out, 1.0f, 255.0f);
+void LocalColours::evaluate(const Polynomial& fit) {
+  values_.resize(tiles_.size());
+  for (int j = 0; j < down_; ++j)
+    for (int i = 0; i < across_; ++i) {
+      const auto p = powers(place(i, across_), place(j, down_));
+      Vec3f out(0.0f);
+      for (int k = 0; k < terms; ++k) out += static_cast<float>(p[k]) * fit[k];
+      values_[index(i, j)] = glm::clamp(out, 1.0f, 255.0f);
+    }
 }
 
-void LocalColours::spread_screens(const Polynomial& fit) {
+void LocalColours::spread_screens() {
   // What the tiles differ from it, in coarser and coarser cells.
   const auto cell = [&](std::size_t level, int i, int j) -> Sum& {
     const int across = ((across_ - 1) >> level) + 1;
@@ -340,7 +391,7 @@ void LocalColours::spread_screens(const Polynomial& fit) {
       if (const Tile& t = tile(i, j); t.seen)
         for (std::size_t level = 0; level < count; ++level) {
           Sum& sum = cell(level, i >> level, j >> level);
-          sum.colour += t.screen - value(fit, i, j), sum.weight += 1.0f;
+          sum.colour += t.screen - values_[index(i, j)], sum.weight += 1.0f;
         }
   for (int j = 0; j < down_; ++j)
     for (int i = 0; i < across_; ++i) {
@@ -349,7 +400,7 @@ void LocalColours::spread_screens(const Polynomial& fit) {
       std::size_t level = 0;
       while (level + 1 < count && cell(level, i >> level, j >> level).weight == 0.0f) ++level;
       const Sum& around = cell(level, i >> level, j >> level);
-      t.screen = value(fit, i, j) + around.colour / std::max(around.weight, 1.0f);
+      t.screen = values_[index(i, j)] + around.colour / std::max(around.weight, 1.0f);
     }
 }
 
@@ -363,37 +414,46 @@ void LocalColours::find_subjects() {
     return {sum(&Sum::colour), sum(&Sum::weight), sum(&Sum::count), sum(&Sum::signal),
             sum(&Sum::square)};
   };
-  smooth_.resize(tiles_.size());
-  for (int j = 0; j < down_; ++j)
-    for (int i = 0; i < across_; ++i)
-      smooth_[index(i, j)] =
-          three(at(subjects_, i - 1, j), at(subjects_, i, j), at(subjects_, i + 1, j));
+  // Only beside it there is any.
+  smooth_.assign(tiles_.size(), {});
+  const auto each = [&](const auto& function) {
+    for (int j = 0; j < down_; ++j)
+      for (int i = 0; i < across_; ++i)
+        if (beside_subject_[index(i, j)] != 0) function(i, j);
+  };
+  each([&](int i, int j) {
+    smooth_[index(i, j)] =
+        three(at(subjects_, i - 1, j), at(subjects_, i, j), at(subjects_, i + 1, j));
+  });
+  for (Tile& t : tiles_) t.has_subject = false, t.subject_spread = 0.0f;
   const float least = 0.25f * static_cast<float>(size());
-  for (int j = 0; j < down_; ++j)
-    for (int i = 0; i < across_; ++i) {
-      const Sum sum = three(at(smooth_, i, j - 1), at(smooth_, i, j), at(smooth_, i, j + 1));
-      Tile& t = tiles_[index(i, j)];
-      t.has_subject = sum.weight >= least;
-      t.subject_spread = 0.0f;
-      if (!t.has_subject) continue;
-      t.subject = sum.colour / sum.weight;
-      t.subject_spread = beyond_noise(sum);
-    }
+  known_.clear();
+  each([&](int i, int j) {
+    const Sum sum = three(at(smooth_, i, j - 1), at(smooth_, i, j), at(smooth_, i, j + 1));
+    if (sum.weight < least) return;
+    Tile& t = tiles_[index(i, j)];
+    t.has_subject = true;
+    t.subject = sum.colour / sum.weight;
+    t.subject_spread = beyond_noise(sum);
+    known_.push_back({i, j});
+  });
   for (int round = 1; round < tiles_beyond; ++round) {
     beside_.assign(tiles_.size(), {});
-    for (int j = 0; j < down_; ++j)
-      for (int i = 0; i < across_; ++i) {
-        if (tile(i, j).has_subject) continue;
-        Sum& sum = beside_[index(i, j)];
-        for (int l = std::max(j - 1, 0); l <= std::min(j + 1, down_ - 1); ++l)
-          for (int k = std::max(i - 1, 0); k <= std::min(i + 1, across_ - 1); ++k)
-            if (const Tile& t = tile(k, l); t.has_subject)
-              sum.colour += t.subject, sum.weight += 1.0f;
-      }
-    for (std::size_t i = 0; i < tiles_.size(); ++i) {
-      if (tiles_[i].has_subject || beside_[i].weight == 0.0f) continue;
-      tiles_[i].subject = beside_[i].colour / beside_[i].weight;
-      tiles_[i].has_subject = true;
+    const std::size_t count = known_.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto [i, j] = known_[k];
+      for (int l = std::max(j - 1, 0); l <= std::min(j + 1, down_ - 1); ++l)
+        for (int m = std::max(i - 1, 0); m <= std::min(i + 1, across_ - 1); ++m) {
+          if (tile(m, l).has_subject) continue;
+          Sum& sum = beside_[index(m, l)];
+          if (sum.weight == 0.0f) known_.push_back({m, l});
+          sum.colour += tile(i, j).subject, sum.weight += 1.0f;
+        }
+    }
+    for (std::size_t k = count; k < known_.size(); ++k) {
+      const std::size_t at = index(known_[k].column, known_[k].row);
+      tiles_[at].subject = beside_[at].colour / beside_[at].weight;
+      tiles_[at].has_subject = true;
     }
   }
 }

@@ -30,6 +30,8 @@ class LocalColours {
     Vec3f screen{0.0f};   ///< where any screen was seen anywhere: see has_screen()
     Vec3f subject{0.0f};  ///< with has_subject
     bool has_subject = false;
+    bool plain =
+        false;  ///< nothing but screen in this frame's samples, alpha up to 0.15, nor beside it
     bool seen = false;            ///< the screen was seen in this tile
     bool varies = false;          ///< and its light varies within the tile, which is not fitted
     float spread = 0.0f;          ///< of its signal, beyond noise, in the numbers of add_row()
@@ -104,13 +106,24 @@ class LocalColours {
   using Polynomial = std::array<Vec3f, 6>;  // quadratic, of position
   static float variance(const Sum& sum);    // of the signal
   float beyond_noise(const Sum& sum) const;
+  struct Row {
+    const std::int16_t* signal;
+    const std::uint8_t *kinds, *upper, *lower;  // its own, and of the sampled rows beside it
+    int y;
+  };
+  Row row_of(std::size_t row) const;
   void sum_row(std::size_t row, const Colours& colours);
+  void sum_solids(std::size_t row, int begin, int end, const Colours& colours);
+  void sum_screen(std::size_t row, int from, int to, const std::uint8_t* rgb);
+  void sum_subject(std::size_t row, int from, int to, const std::uint8_t* rgb);
   double spread(const std::vector<Sum>& sums, double quantile) const;
   void find_screens();
-  bool beside_subject(int column, int row) const;
+  // mark() for each tile that counts() and those beside it.
+  template <class Counts, class Mark>
+  void mark_beside(const Counts& counts, const Mark& mark) const;
   Polynomial fitted() const;
-  Vec3f value(const Polynomial& fit, int column, int row) const;
-  void spread_screens(const Polynomial& fit);
+  void evaluate(const Polynomial& fit);  // into values_
+  void spread_screens();
   void find_subjects();
 
   int shift_ = 4, across_ = 0, down_ = 0;
@@ -118,7 +131,14 @@ class LocalColours {
   int screen_signal_ = 0;
   double noise_ = 0.0;
   std::vector<Tile> tiles_, before_;
+  std::vector<Vec3f> values_;                 // of the polynomial at the tiles
+  std::vector<std::uint8_t> shown_;           // tiles whose samples show more than screen
+  std::vector<std::uint8_t> beside_subject_;  // tiles
   std::vector<Sum> screens_, subjects_, smooth_, beside_;
+  struct Position {
+    int column, row;
+  };
+  std::vector<Position> known_;  // tiles with a subject's colour
   std::vector<std::vector<Sum>> levels_;
   std::vector<Mixed> mixed_;
   double subject_below_ = 0.25;              // of the screen's signal: less is subject

@@ -153,8 +153,9 @@ class Keyer {
 
   /// Alpha and block states of the whole row \p y (frame.width values); rows come from top to
   /// bottom, each once. Values are rounded up to whole blocks: \p alpha must have room for
-  /// blocks_across(width) * matte_block.
-  void key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states);
+  /// blocks_across(width) * matte_block. Without \p for_colours write_rgba() cannot follow.
+  void key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states,
+               bool for_colours = true);
 
   /// prepare() and all rows, then close and choke. Throws Error as prepare().
   void key(const FrameView& frame, Matte& matte);

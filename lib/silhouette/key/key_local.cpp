@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/srgb.h"
 #include "silhouette/key/key_state.h"
 
 namespace polyhull {
@@ -21,11 +22,14 @@ constexpr double most_shift =
 // much that they would be seen through; sooner before a \p strong colour, 0..1, to which nothing is alike.
 double solid_end(double usual, double strong, std::vector<double>& parts) {
   const double beyond = std::clamp(usual - most_spread, 0.0, most_shift);
-  if (parts.empty()) return beyond;
   constexpr double few = 1.0;
+  const double least = 0.25 - 0.06 * strong;
+  // As nearly everywhere.
+  if (std::none_of(parts.begin(), parts.end(), [&](double part) { return part > least; }))
+    return beyond;
   const double most = silhouette::quantile(
       parts, std::clamp(1.0 - few / static_cast<double>(parts.size()), 0.5, 0.95));
-  const double share = std::clamp((most - 0.25 + 0.1 * strong) / (0.15 - 0.05 * strong), 0.0, 1.0);
+  const double share = std::clamp((most - least) / (0.15 - 0.05 * strong), 0.0, 1.0);
   return beyond + share * std::max(most - beyond, 0.0);
 }
 
@@ -98,7 +102,11 @@ void Keyer::State::sample_rows(const FrameView& frame) {
 }
 
 void Keyer::State::sample_colours(const FrameView& frame) {
-  if (!colours.begun()) colours.begin(width, height);
+  if (!colours.begun()) {
+    colours.begin(width, height);
+    spans.reserve(static_cast<std::size_t>(colours.across()) *
+                  static_cast<std::size_t>(colours.down()));
+  }
   if (settings.screen && settings.foreground) {
     colours.assume_screen(silhouette::vector_of(samples.screen));
     colours.assume_subject(silhouette::vector_of(samples.foreground));
@@ -126,9 +134,9 @@ void Keyer::State::sample_colours(const FrameView& frame) {
 
 Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame, int column, int row) const {
   const silhouette::LocalColours::Tile& tile = colours.tile(column, row);
-  if (!tile.has_subject) {
+  if (!tile.has_subject || tile.plain) {
     // Tiles whose screens differ by less are one span.
-    const double step = std::max((screen_level - foreground_level) / 128.0, 0.1);
+    const double step = std::max((screen_level - foreground_level) / 32.0, 0.1);
     RowKey key = whole;
     key.ramp = ramp_for(std::round(signal.of(tile.screen) / step) * step, foreground_level,
                         signal.unit, tile.spread / plain.unit);
@@ -173,6 +181,17 @@ void Keyer::State::follow_colours(const FrameView& frame) {
     }
   }
   first_spans.push_back(spans.size());
+  if (!straightens()) return;
+  mixtures.clear();
+  for (int row = 0; row < colours.down(); ++row)
+    for (int column = 0; column < colours.across(); ++column) {
+      const auto& tile = colours.tile(column, row);
+      const bool decoded = mixing.in_light();
+      const auto mixed = [&](const Vec3f& c) {
+        return decoded ? 255.0f * srgb_decoded(c / 255.0f) : c;
+      };
+      mixtures.push_back({mixed(tile.screen), mixed(tile.subject)});
+    }
 }
 
 }  // namespace polyhull

@@ -115,19 +115,34 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
         s.samples.valid ? spill_inside * signal.of(screen[0], screen[1], screen[2]) : 512.0;
     despill = despill_forms(signal, s.settings.spill, inside);
   }
-  std::vector<std::uint8_t> before;
+  static thread_local std::vector<std::uint8_t> before, mixed;
   for (int j = 0; j < region.height; ++j) {
     const int y = region.y + j, end = region.x + region.width;
     std::uint8_t* out = rgba + stride * j;
     const std::uint8_t* alpha = matte.row(y) + region.x;
+    // Stretches [from, to) whose screen is taken out.
+    const auto each_mixed = [&](const auto& function) {
+      if (!s.straightens()) return;
+      s.find_mixed(y, mixed);
+      const int last = (end - 1) / matte_block;
+      for (int block = region.x / matte_block; block <= last; ++block) {
+        if (mixed[block] == 0) continue;
+        const int first = block;
+        while (block < last && mixed[block + 1] != 0) ++block;
+        function(std::max(first * matte_block, region.x), std::min((block + 1) * matte_block, end));
+      }
+    };
     const auto composite = [&] {
-      if (!s.straightens())
-        return composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
       if (s.despills()) s.edges.weigh_row(y, region.x, end, weights.data());
-      convert_row(frame, y, region.x, end, out);
-      s.unmix_row(y, region.x, end, out);
-      silhouette::colour_kernels().composite(out, region.width, false, despill, weights.data(),
-                                             alpha, out);
+      composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
+      each_mixed([&](int from, int to) {
+        const int skipped = from - region.x;
+        std::uint8_t* const part = out + 4 * static_cast<std::ptrdiff_t>(skipped);
+        convert_row(frame, y, from, to, part);
+        s.unmix_row(y, from, to, part);
+        silhouette::colour_kernels().composite(part, to - from, false, despill,
+                                               weights.data() + skipped, alpha + skipped, part);
+      });
     };
     switch (view) {
       case KeyView::composite:
@@ -145,7 +160,10 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
       case KeyView::spill:
         before.resize(static_cast<std::size_t>(region.width) * 4);
         convert_row(frame, y, region.x, end, before.data());
-        if (s.straightens()) s.unmix_row(y, region.x, end, before.data());
+        each_mixed([&](int from, int to) {
+          s.unmix_row(y, from, to,
+                      before.data() + 4 * static_cast<std::ptrdiff_t>(from - region.x));
+        });
         composite();
         for (int x = 0; x < region.width; ++x) {
           std::uint8_t* p = out + 4 * x;

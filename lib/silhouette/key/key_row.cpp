@@ -224,9 +224,11 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   run.states(alpha + x0, (end - x0) / matte_block, states + x0 / matte_block);
 }
 
-void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) {
+void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states,
+                    bool for_colours) {
   State& s = *state_;
   s.limited_row(frame, y, alpha, states);
+  if (!for_colours) return;
   if (s.despills()) s.edges.add_row(y, alpha, states);
   if (!s.straightens()) return;
   BlockState* const kept = s.keyed.state_row(y);

@@ -38,6 +38,11 @@ void quieten_row(const Quiet& quiet, int begin, int end, std::uint8_t* alpha, Bl
 
 namespace silhouette {
 
+/// What a pixel mixes: levels, or light in numbers 0..255.
+struct Mixture {
+  Vec3f screen, subject;
+};
+
 /// What makes of alpha found in levels alpha found in light: with a in 0..1,
 /// a + a (1 - a) (constant + slope a), the numbers 4096 for 1. Exact at alpha 0.2 and 0.5.
 struct Bend {
@@ -114,7 +119,8 @@ struct Keyer::State {
   silhouette::LocalColours colours;
   bool subject_seen = false;  // and the spread of its signal
   silhouette::Mixing mixing;
-  std::vector<Span> spans;               // row of tiles by row of tiles
+  std::vector<silhouette::Mixture> mixtures;  // of each tile
+  std::vector<Span> spans;                    // row of tiles by row of tiles
   std::vector<std::size_t> first_spans;  // of each row of tiles, and their number; empty: no spans
   silhouette::DifferenceRamp difference{};
   bool local = false;                    // base and gain differ from pixel to pixel
@@ -161,6 +167,9 @@ struct Keyer::State {
   KeyLack lack() const;
   // Takes the screen out of columns [x0, x1) of R, G, B, A pixels of row y, as far as they were keyed as showing it.
   void unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const;
+  // Which blocks of row y unmix_row() has to change: mixed ones, and empty ones so near to others that
+  // mattes which are blurred later show them.
+  void find_mixed(int y, std::vector<std::uint8_t>& counts) const;
   void unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const;
   // The variance of noise over that of the subject's colours.
   float doubt() const;

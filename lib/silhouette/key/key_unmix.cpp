@@ -12,34 +12,41 @@
 namespace polyhull {
 namespace {
 
+using silhouette::Mixture;
+
+// Rows above and below the matte that get the subject's colour, for mattes that are blurred later: fewer
+// than Keyer::rows_below().
+constexpr int fill_reach = 4;
 constexpr double subject_variation =
     40.0;  // levels by which a subject's colours differ from those around
 
 /// Screen and subject at the centres of a row's tiles, between rows of tiles.
 struct RowColours {
-  std::vector<Vec3f> screens, subjects;
+  std::vector<Mixture> mixtures;
   std::vector<std::uint8_t> has_subject;
 };
 
-/// \p in_light: their light, 0..255 as their levels.
-void interpolate(const silhouette::LocalColours& colours, int y, bool in_light, RowColours& row) {
+/// Of tiles [from, to).
+void interpolate(const silhouette::LocalColours& colours, const std::vector<Mixture>& mixtures,
+                 int y, int from, int to, RowColours& row) {
   const float v = (static_cast<float>(y) + 0.5f) / static_cast<float>(colours.size()) - 0.5f;
   const int above = static_cast<int>(std::floor(v));
   const float part = v - static_cast<float>(above);
   const int upper = std::clamp(above, 0, colours.down() - 1);
   const int lower = std::clamp(above + 1, 0, colours.down() - 1);
-  row.screens.clear(), row.subjects.clear(), row.has_subject.clear();
-  const auto light = [&](const Vec3f& c) {
-    return in_light ? 255.0f * srgb_decoded(c / 255.0f) : c;
-  };
-  for (int i = 0; i < colours.across(); ++i) {
-    const auto &a = colours.tile(i, upper), &b = colours.tile(i, lower);
-    row.screens.push_back(light(glm::mix(a.screen, b.screen, part)));
-    row.has_subject.push_back(a.has_subject || b.has_subject);
-    row.subjects.push_back(light(a.has_subject && b.has_subject
-                                     ? glm::mix(a.subject, b.subject, part)
-                                 : a.has_subject ? a.subject
-                                                 : b.subject));
+  const auto across = static_cast<std::size_t>(colours.across());
+  row.mixtures.resize(across);
+  row.has_subject.resize(across);
+  for (int i = from; i < to; ++i) {
+    const bool a_has = colours.tile(i, upper).has_subject;
+    const bool b_has = colours.tile(i, lower).has_subject;
+    const Mixture& a = mixtures[static_cast<std::size_t>(upper) * across + i];
+    const Mixture& b = mixtures[static_cast<std::size_t>(lower) * across + i];
+    row.has_subject[i] = a_has || b_has;
+    row.mixtures[i] = {glm::mix(a.screen, b.screen, part),
+                       a_has && b_has ? glm::mix(a.subject, b.subject, part)
+                       : a_has        ? a.subject
+                                      : b.subject};
   }
 }
 
@@ -79,18 +86,57 @@ float Keyer::State::doubt() const {
                             (subject_variation * subject_variation));
 }
 
+void Keyer::State::find_mixed(int y, std::vector<std::uint8_t>& counts) const {
+  const auto blocks = static_cast<std::size_t>(blocks_across(width));
+  const auto states = [&](int row) { return keyed.state_row(std::clamp(row, 0, height - 1)); };
+  const BlockState* const own = states(y);
+  counts.resize(blocks);
+  std::uint8_t* const __restrict to = counts.data();
+  for (std::size_t b = 0; b < blocks; ++b) to[b] = own[b] == block_mixed;
+  if (local) return;
+  const BlockState *const above = states(y - fill_reach), *const below = states(y + fill_reach);
+  static thread_local std::vector<std::uint8_t> memory;
+  memory.assign(blocks + 2, 0);
+  std::uint8_t* const __restrict shown =
+      memory.data();  // of the block before, 0 beside the picture
+  for (std::size_t b = 0; b < blocks; ++b)
+    shown[b + 1] = (own[b] != block_empty) | (above[b] != block_empty) | (below[b] != block_empty);
+  for (std::size_t b = 0; b < blocks; ++b)
+    to[b] |= (own[b] == block_empty) & (shown[b] | shown[b + 1] | shown[b + 2]);
+}
+
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {
   if (local) return unmix_plate_row(y, x0, x1, pixels);
   if (first_spans.empty()) return;
-  static thread_local RowColours row;
+  static thread_local RowColours memory;
+  RowColours& row = memory;
   const bool in_light = mixing.in_light();
-  interpolate(colours, y, in_light, row);
+  interpolate(colours, mixtures, y, std::max(x0 / colours.size() - 1, 0),
+              std::min((x1 - 1) / colours.size() + 2, colours.across()), row);
   Vec3f usual = silhouette::vector_of(samples.foreground);
   if (in_light) usual = 255.0f * srgb_decoded(usual / 255.0f);
   const float* const decode = srgb_to_linear_table();
   const std::uint8_t* const encode = linear_to_srgb_table();
   const float uncertain = doubt();
   const float size = static_cast<float>(colours.size());
+  const auto write = [&](const Vec3f& colour, std::uint8_t* p) {
+    for (int c = 0; c < 3; ++c)
+      p[c] = in_light ? linear_to_srgb(colour[c] / 255.0f, encode) : level_of(colour[c]);
+  };
+  const auto mixture_at = [&](float x) -> Mixture {
+    const float u = x / size - 0.5f;
+    const int cell = static_cast<int>(std::floor(u));
+    const float part = u - static_cast<float>(cell);
+    const int one = std::clamp(cell, 0, colours.across() - 1);
+    const int other = std::clamp(cell + 1, 0, colours.across() - 1);
+    const Mixture &a = row.mixtures[one], &b = row.mixtures[other];
+    const bool a_has = row.has_subject[one] != 0, b_has = row.has_subject[other] != 0;
+    return {glm::mix(a.screen, b.screen, part), a_has && b_has
+                                                    ? glm::mix(a.subject, b.subject, part)
+                                                : a_has ? a.subject
+                                                : b_has ? b.subject
+                                                        : usual};
+  };
   const BlockState* const states = keyed.state_row(y);
   const std::uint8_t* const alphas = keyed.row(y);
   for (int block = x0 / matte_block; block * matte_block < x1; ++block) {
@@ -98,32 +144,21 @@ void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const 
     const bool empty = states[block] == block_empty;
     const int begin = std::max(block * matte_block, x0),
               end = std::min((block + 1) * matte_block, x1);
-    const int tile = begin / colours.size();
-    // Nothing far away from the subject is seen.
-    const int left = std::max(tile - 1, 0), right = std::min(tile + 1, colours.across() - 1);
-    if (empty && !row.has_subject[left] && !row.has_subject[tile] && !row.has_subject[right])
-      continue;
+    // Where nothing of the subject is, its colour around: one for the block.
+    std::uint8_t around[3];
+    write(mixture_at(static_cast<float>(block * matte_block + matte_block / 2)).subject, around);
     for (int x = begin; x < end; ++x) {
       const int a = empty ? 0 : alphas[x];
       if (a == 255) continue;
-      const float u = (static_cast<float>(x) + 0.5f) / size - 0.5f;
-      const int cell = static_cast<int>(std::floor(u));
-      const float part = u - static_cast<float>(cell);
-      const int one = std::clamp(cell, 0, colours.across() - 1);
-      const int other = std::clamp(cell + 1, 0, colours.across() - 1);
-      const Vec3f screen = glm::mix(row.screens[one], row.screens[other], part);
-      const Vec3f near = row.has_subject[one] && row.has_subject[other]
-                             ? glm::mix(row.subjects[one], row.subjects[other], part)
-                         : row.has_subject[one]   ? row.subjects[one]
-                         : row.has_subject[other] ? row.subjects[other]
-                                                  : usual;
-      const float alpha = static_cast<float>(a) / 255.0f;
       std::uint8_t* const p = pixels + 4 * static_cast<std::ptrdiff_t>(x - x0);
+      if (a == 0) {
+        std::copy_n(around, 3, p);
+        continue;
+      }
+      const auto [screen, near] = mixture_at(static_cast<float>(x) + 0.5f);
       const Vec3f pixel = in_light ? 255.0f * Vec3f(decode[p[0]], decode[p[1]], decode[p[2]])
                                    : Vec3f(p[0], p[1], p[2]);
-      const Vec3f own = straight(pixel, alpha, screen, near, uncertain);
-      for (int c = 0; c < 3; ++c)
-        p[c] = in_light ? linear_to_srgb(own[c] / 255.0f, encode) : level_of(own[c]);
+      write(straight(pixel, static_cast<float>(a) / 255.0f, screen, near, uncertain), p);
     }
   }
 }
