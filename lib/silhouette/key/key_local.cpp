@@ -23,7 +23,7 @@ constexpr double most_shift =
 double solid_end(double usual, double strong, std::vector<double>& parts) {
   const double beyond = std::clamp(usual - most_spread, 0.0, most_shift);
   constexpr double few = 1.0;
-  const double least = 0.25 - 0.06 * strong;
+  const double least = 0.25 - 0.1 * strong;
   // As nearly everywhere.
   if (std::none_of(parts.begin(), parts.end(), [&](double part) { return part > least; }))
     return beyond;

@@ -231,14 +231,16 @@ void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockSta
   if (!for_colours) return;
   if (s.despills()) s.edges.add_row(y, alpha, states);
   if (!s.straightens()) return;
-  BlockState* const kept = s.keyed.state_row(y);
   const int blocks = blocks_across(frame.width);
-  std::copy_n(states, blocks, kept);
-  for (int block = 0; block < blocks; ++block)
-    if (states[block] == block_mixed)
-      std::memcpy(
-          s.keyed.row(y) + block * matte_block, alpha + block * matte_block,
-          static_cast<std::size_t>(std::min(matte_block, frame.width - block * matte_block)));
+  std::copy_n(states, blocks, s.keyed.state_row(y));
+  static thread_local std::vector<std::uint16_t> list;
+  list.resize(static_cast<std::size_t>(blocks) + 1);
+  const int mixed = kernels().mixed_blocks(states, blocks, list.data());
+  for (int i = 0; i < mixed; ++i) {
+    const int begin = list[i] * matte_block;
+    std::memcpy(s.keyed.row(y) + begin, alpha + begin,
+                static_cast<std::size_t>(std::min(matte_block, frame.width - begin)));
+  }
 }
 
 void Keyer::State::limited_row(const FrameView& frame, int y, std::uint8_t* alpha,

@@ -27,8 +27,9 @@ silhouette::Ramp Keyer::State::ramp_for(double screen, double foreground, double
   const auto fixed = [](double v) {
     return static_cast<std::int16_t>(std::clamp(std::lround(v), -32767l, 32767l));
   };
-  return {fixed(from * unit), fixed(255.0 * 32768.0 / (levels * unit)), whole.ramp.low,
-          whole.ramp.high};
+  return silhouette::with_sure_signals({fixed(from * unit),
+                                        fixed(255.0 * 32768.0 / (levels * unit)), whole.ramp.low,
+                                        whole.ramp.high});
 }
 
 void Keyer::State::lay_out_screen() {

@@ -144,9 +144,14 @@ void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const 
     const bool empty = states[block] == block_empty;
     const int begin = std::max(block * matte_block, x0),
               end = std::min((block + 1) * matte_block, x1);
+    // Linear within the block.
+    const float first = static_cast<float>(block * matte_block);
+    const Mixture from = mixture_at(first), to = mixture_at(first + matte_block);
+    const Vec3f screen_step = (to.screen - from.screen) / static_cast<float>(matte_block);
+    const Vec3f subject_step = (to.subject - from.subject) / static_cast<float>(matte_block);
     // Where nothing of the subject is, its colour around: one for the block.
     std::uint8_t around[3];
-    write(mixture_at(static_cast<float>(block * matte_block + matte_block / 2)).subject, around);
+    write(0.5f * (from.subject + to.subject), around);
     for (int x = begin; x < end; ++x) {
       const int a = empty ? 0 : alphas[x];
       if (a == 255) continue;
@@ -155,10 +160,12 @@ void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const 
         std::copy_n(around, 3, p);
         continue;
       }
-      const auto [screen, near] = mixture_at(static_cast<float>(x) + 0.5f);
+      const float along = static_cast<float>(x) + 0.5f - first;
       const Vec3f pixel = in_light ? 255.0f * Vec3f(decode[p[0]], decode[p[1]], decode[p[2]])
                                    : Vec3f(p[0], p[1], p[2]);
-      write(straight(pixel, static_cast<float>(a) / 255.0f, screen, near, uncertain), p);
+      write(straight(pixel, static_cast<float>(a) / 255.0f, from.screen + along * screen_step,
+                     from.subject + along * subject_step, uncertain),
+            p);
     }
   }
 }

@@ -10,6 +10,20 @@
 #include "silhouette/pixels/choose_kernels.h"
 
 namespace polyhull::silhouette {
+
+Ramp with_sure_signals(Ramp ramp) {
+  if (ramp.gain <= 0) return ramp;
+  const auto to16 = [](std::int32_t v) {
+    return static_cast<std::int16_t>(std::clamp(v, -32768, 32767));
+  };
+  // The difference is at most (that bound): alpha is at most low, and at least high from the
+  // other on.
+  const std::int32_t most = ((ramp.low + 1) * 32768 - 16384 - 1) / ramp.gain;
+  const std::int32_t least = (ramp.high * 32768 - 16384 + ramp.gain - 1) / ramp.gain;
+  if (most < 32767) ramp.empty_above = to16(ramp.base - most - 1);
+  if (ramp.high > 0 && least <= 32767) ramp.full_below = to16(ramp.base - least + 1);
+  return ramp;
+}
 namespace {
 
 const Kernels& best_kernels() {

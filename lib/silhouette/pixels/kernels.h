@@ -32,8 +32,13 @@ struct Ramp {
   std::int16_t gain;
   std::uint8_t low = 0;
   std::uint8_t high = 255;
+  // Signals above `empty_above` have an alpha of `low` at most, signals below `full_below` one of `high`
+  // at least; none where with_sure_signals() has not found them.
+  std::int16_t empty_above = 32767, full_below = -32768;
   bool operator==(const Ramp&) const = default;
 };
+/// The ramp with what is plainly screen and plainly subject: the formula solved for the signal.
+Ramp with_sure_signals(Ramp ramp);
 
 /// Distance to a plate that may be darker or brighter: see KeyMethod::difference. alpha =
 /// clamp((distance - low - tolerance) * slope).

@@ -4,7 +4,6 @@
 
 #include "silhouette/pixels/kernels.h"
 #include "silhouette/pixels/store_blocks.h"
-#include "silhouette/pixels/sure_signals.h"
 
 namespace polyhull::silhouette {
 namespace {
@@ -132,8 +131,7 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
   const Vec lowest = _mm256_set1_epi8(static_cast<char>(ramp.low));
   const Vec highest = _mm256_set1_epi8(static_cast<char>(ramp.high));
   const Vec order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
-  const SureSignals sure(ramp);
-  const Vec surely_empty = set16(sure.empty_above), surely_full = set16(sure.full_below);
+  const Vec surely_empty = set16(ramp.empty_above), surely_full = set16(ramp.full_below);
   const auto everywhere = [](Vec mask) { return _mm256_movemask_epi8(mask) == -1; };
   std::ptrdiff_t x = 0;
   for (; x + 32 <= count; x += 32) {
@@ -173,8 +171,7 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
 void doubled_alpha_pairs(const std::int16_t* signal, int count, Ramp ramp, std::uint8_t* alpha,
                          BlockState* block_states) {
   const Vec zero = _mm256_setzero_si256(), ones = _mm256_set1_epi8(-1);
-  const SureSignals sure(ramp);
-  const Vec surely_empty = set16(sure.empty_above), surely_full = set16(sure.full_below);
+  const Vec surely_empty = set16(ramp.empty_above), surely_full = set16(ramp.full_below);
   const auto everywhere = [](Vec mask) { return _mm256_movemask_epi8(mask) == -1; };
   std::ptrdiff_t x = 0;
   for (; x + 32 <= count; x += 32) {

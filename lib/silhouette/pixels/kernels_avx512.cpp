@@ -7,7 +7,6 @@
 
 #include "silhouette/pixels/kernels.h"
 #include "silhouette/pixels/store_blocks.h"
-#include "silhouette/pixels/sure_signals.h"
 
 namespace polyhull::silhouette {
 namespace {
@@ -26,9 +25,8 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
   const __m256i zero = _mm256_setzero_si256(), ones = _mm256_set1_epi8(-1);
   const __m256i lowest = _mm256_set1_epi8(static_cast<char>(ramp.low));
   const __m256i highest = _mm256_set1_epi8(static_cast<char>(ramp.high));
-  const SureSignals sure(ramp);
-  const __m512i surely_empty = _mm512_set1_epi16(sure.empty_above);
-  const __m512i surely_full = _mm512_set1_epi16(sure.full_below);
+  const __m512i surely_empty = _mm512_set1_epi16(ramp.empty_above);
+  const __m512i surely_full = _mm512_set1_epi16(ramp.full_below);
   // Packing takes four numbers from one vector and then four from the other.
   const __m256i order = _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7);
   std::ptrdiff_t x = 0;

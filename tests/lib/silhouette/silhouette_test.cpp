@@ -292,9 +292,10 @@ TEST(Silhouette, KernelsAgree) {
     for (auto* w : {forms.a, forms.b})
       for (int i = 0; i < 3; ++i)
         w[i] = static_cast<std::int8_t>(static_cast<int>(random() % 129) - 64);
-    const Ramp ramp{
-        static_cast<std::int16_t>(random() % 16000), static_cast<std::int16_t>(random() % 32000),
-        static_cast<std::uint8_t>(random() % 128), static_cast<std::uint8_t>(128 + random() % 128)};
+    const Ramp ramp = with_sure_signals({static_cast<std::int16_t>(random() % 16000),
+                                         static_cast<std::int16_t>(random() % 32000),
+                                         static_cast<std::uint8_t>(random() % 128),
+                                         static_cast<std::uint8_t>(128 + random() % 128)});
     std::vector<std::int16_t> base(n), gain(n), values(3 * n + 256), signal(2 * n + 8);
     for (int i = 0; i < n; ++i)
       base[i] = static_cast<std::int16_t>(random()),
