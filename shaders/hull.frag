@@ -120,7 +120,7 @@ float own_alpha(float near, float matte) {
 #endif
 
 // The weight of the first camera that is left out is taken off the others: what enters and leaves the
-// chosen few does so at weight zero, and the blend stays continuous (lib/render/processor/best_views.h).
+// chosen few does so at weight zero, and the blend stays continuous (lib/render/processor/loops/loops.h).
 float taken_off(float left_out, float largest) {
   return min(left_out, 0.999 * largest);
 }

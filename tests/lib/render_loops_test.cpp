@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <vector>
 
 #include "base/srgb.h"
 
@@ -165,6 +167,89 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
   }
 }
 
+/// Points and a view of them, its picture, its map of depths and a flow in it.
+struct Seen {
+  static constexpr int count = 64, side = 40;
+  float x[count], y[count], z[count], depth[count], weight[count], share[count];
+  std::vector<std::uint32_t> pixels[2];
+  std::vector<float> map_depth, map_fade;
+  std::vector<std::int8_t> offsets;
+  SkinView views[2];
+  SkinFlow flow;
+  SkinPoints points() const { return {count, x, y, z, depth}; }
+};
+
+struct Coloured {
+  float u[Seen::count], v[Seen::count], weight[Seen::count];
+  float red[Seen::count], green[Seen::count], blue[Seen::count], alpha[Seen::count];
+};
+
+/// All that is done to the points of one view.
+Coloured coloured(const Loops& loops, const Seen& seen, bool matte, const float* colour) {
+  Coloured out{};
+  std::copy_n(seen.weight, Seen::count, out.weight);
+  loops.look(seen.views[0], seen.points(), matte ? 1e-3f : 0.0f, out.u, out.v, out.weight);
+  loops.displace(seen.flow, Seen::count, seen.share, out.u, out.v);
+  loops.add({seen.views, 2, 60.0f, colour}, seen.points(), out.weight, srgb_to_linear_table(),
+            out.u, out.v, {out.red, out.green, out.blue, matte ? out.alpha : nullptr});
+  return out;
+}
+
+TEST_F(RenderLoops, SkinGivesTheSameBits) {
+  const float colour[9] = {0.9f, 0.1f, 0.0f, -0.1f, 1.1f, 0.1f, 0.0f, 0.2f, 0.8f};
+  for (int round = 0; round < 40; ++round) {
+    Seen seen;
+    fill(seen.x, -0.5f, 0.5f);
+    fill(seen.y, -0.5f, 0.5f);
+    fill(seen.z, round % 4 == 0 ? -1.0f : 1.5f, 2.0f);  // some behind the camera
+    fill(seen.depth, 0.8f, 4.0f);
+    fill(seen.share, 0.0f, 1.0f);
+    for (float& weight : seen.weight) weight = random() % 3 == 0 ? 0.0f : number(0.0f, 1.0f);
+    const int side = Seen::side;
+    for (int level = 0; level < 2; ++level) {
+      SkinView& view = seen.views[level];
+      const float rows[3][4] = {
+          {60.0f, 0.0f, 20.0f, 0.0f}, {0.0f, 60.0f, 20.0f, 0.0f}, {0.0f, 0.0f, 1.0f, 0.0f}};
+      std::memcpy(view.pixel_from_local, rows, sizeof rows);
+      view.width = view.height = view.stride = level == 0 ? side : side / 2 + 1;
+      view.scale = level == 0 ? 1.0f : 0.5f;
+      seen.pixels[level].resize(static_cast<std::size_t>(side * side));
+      for (std::uint32_t& pixel : seen.pixels[level]) pixel = static_cast<std::uint32_t>(random());
+      view.pixels = seen.pixels[level].data();
+      view.distorted = round % 2 == 0;
+      view.fx = view.fy = 60.0f, view.cx = view.cy = 20.0f;
+      for (float& k : view.lens) k = number(-0.1f, 0.1f);
+    }
+    if (round % 3 != 0) {
+      SkinView& view = seen.views[0];
+      for (std::vector<float>* map : {&seen.map_depth, &seen.map_fade}) {
+        map->resize(static_cast<std::size_t>((side + 1) * (side + 1)));
+        for (float& value : *map) value = number(0.0f, 1.0f);
+      }
+      view.map_depth = seen.map_depth.data();
+      view.map_fade = seen.map_fade.data();
+      view.map_width = view.map_height = side;
+      view.map_stride = side + 1;
+      view.map_near = 1.5f, view.map_range = 0.5f, view.tolerance = 0.1f, view.rest = 0.002f;
+    }
+    seen.offsets.resize(static_cast<std::size_t>(2 * side * side));
+    for (std::int8_t& offset : seen.offsets) offset = static_cast<std::int8_t>(random());
+    seen.flow = {seen.offsets.data(), side, side, 0.0f, 0.0f, 1.0f, 0.02f, 0, 0.5f};
+    for (const bool matte : {false, true}) {
+      const float* const to = round % 5 == 0 ? colour : nullptr;
+      const Coloured baseline = coloured(baseline_loops(), seen, matte, to);
+      const Coloured avx2 = coloured(avx2_loops(), seen, matte, to);
+      for (int i = 0; i < Seen::count; ++i) {
+        ASSERT_EQ(baseline.weight[i], avx2.weight[i]) << round << " " << i;
+        ASSERT_EQ(baseline.red[i], avx2.red[i]) << round << " " << i;
+        ASSERT_EQ(baseline.green[i], avx2.green[i]) << round << " " << i;
+        ASSERT_EQ(baseline.blue[i], avx2.blue[i]) << round << " " << i;
+        ASSERT_EQ(baseline.alpha[i], avx2.alpha[i]) << round << " " << i;
+      }
+    }
+  }
+}
+
 TEST_F(RenderLoops, MasksGiveTheSameBits) {
   for (int round = 0; round < 40; ++round) {
     std::uint32_t bits[8 * 40], moved[2][2][8 * 40] = {};
@@ -212,6 +297,53 @@ TEST_F(RenderLoops, LampGivesTheSameBits) {
 }
 
 #endif
+
+TEST(SkinLoops, SpreadBringsEachNumberToItsPlace) {
+  float records[16 * 9], to[4][12];
+  for (int i = 0; i < 16 * 9; ++i) records[i] = static_cast<float>(i);
+  const std::uint32_t which[12] = {3, 0, 8, 1, 1, 7, 2, 2, 2, 6, 5, 4};
+  loops().spread(records + 5, which, 12, {to[0], to[1], to[2], to[3]});
+  for (int i = 0; i < 12; ++i)
+    for (int k = 0; k < 4; ++k)
+      EXPECT_EQ(to[k][i], static_cast<float>(16 * which[i] + 5 + static_cast<std::uint32_t>(k)));
+}
+
+TEST(SkinLoops, SettleKeepsTheBestLessTheNext) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> number(0.0f, 1.0f);
+  for (int views = 1; views <= 64; views += views < 6 ? 1 : 19) {
+    for (int best = 1; best <= 5; ++best) {
+      constexpr int count = 16;
+      std::vector<std::vector<float>> before, after;
+      std::vector<float*> rows;
+      for (int k = 0; k < views; ++k)
+        for (float& weight : before.emplace_back(count))
+          weight = random() % 4 == 0 ? 0.5f : number(random);  // some alike
+      for (int k = 0; k < views; ++k) before[static_cast<std::size_t>(k)][0] = 0.0f;
+      after = before;
+      for (std::vector<float>& row : after) rows.push_back(row.data());
+      float red[count], green[count], blue[count];
+      for (float* colour : {red, green, blue}) std::fill_n(colour, count, 0.25f);
+      loops().settle(rows.data(), views, best, 1e-4f, count, {red, green, blue, nullptr});
+      for (int i = 0; i < count; ++i) {
+        std::vector<float> sorted;
+        for (const std::vector<float>& row : before)
+          sorted.push_back(row[static_cast<std::size_t>(i)]);
+        std::sort(sorted.rbegin(), sorted.rend());
+        const float next = best < views ? sorted[static_cast<std::size_t>(best)] : 0.0f;
+        const float off = std::min(next, 0.999f * sorted[0]);
+        float total = 0.0f;
+        for (const float weight : sorted) total += std::max(weight - off, 0.0f);
+        for (std::size_t k = 0; k < before.size(); ++k) {
+          const float kept = std::max(before[k][static_cast<std::size_t>(i)] - off, 0.0f);
+          EXPECT_NEAR(after[k][static_cast<std::size_t>(i)], i == 0 ? 0.0f : kept / total, 1e-5f)
+              << views << " " << best << " " << i;
+        }
+        EXPECT_EQ(green[i], i == 0 ? 0.25f : 0.0f) << "where no view weighs, the colour stays";
+      }
+    }
+  }
+}
 
 // The lines through the curve give the nearest byte, or that beside it where it is as good as half way.
 TEST(SrgbLines, GiveTheNearestByte) {

@@ -8,7 +8,6 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
-#include "render/processor/best_views.h"
 #include "render/soft_edge.h"
 
 namespace polyhull::processor {
@@ -77,15 +76,13 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   });
   views_.clear();
   colours_.clear();
-  smaller_.clear();
   for (const int view : drawing_.views) {
-    views_.push_back(look_through(mesh, view));
+    std::vector<SkinView>& levels = views_.emplace_back(1, look_through(mesh, view));
     colours_.push_back(mesh.texturing
                            ? colour_of(*mesh.texturing, mesh.views[view].calibration, view)
                            : Mat3f(1.0f));
-    std::vector<SkinView>& smaller = smaller_.emplace_back();
     for (const SmallerPicture& picture : pictures_[static_cast<std::size_t>(view)].smaller) {
-      SkinView next = smaller.empty() ? views_.back() : smaller.back();
+      SkinView next = levels.back();
       // The first pixel's middle moves by half of what the pixels grow.
       next.origin_x += 0.5f / next.scale;
       next.origin_y += 0.5f / next.scale;
@@ -93,7 +90,7 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
       next.pixels = picture.pixels.data();
       next.width = next.stride = picture.width;
       next.height = picture.height;
-      smaller.push_back(next);
+      levels.push_back(next);
     }
   }
   look_along(mesh, eyes.front());
@@ -207,198 +204,124 @@ SkinView Skin::look_through(const Mesh& mesh, int number) const {
   return out;
 }
 
-// Which of a view's points are blended, and how many of its pixels a pixel of the picture spans there
-// (view_picture.h).
-void Skin::choose(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
-  const SkinView& view = views_[slot];
-  const float* const row = view.pixel_from_local[2];
-  const float factor = static_cast<float>(pixel_size_) * view.fx;
-  const auto most = static_cast<float>(smaller_[slot].size());
-  const std::size_t first_of_ribbon = 4 * items.first_of_ribbon;
-  const std::uint32_t* const entries = s.entries.data();
-  const float *const weights = s.weights.data(), *const u = s.u.data(), *const v = s.v.data();
-  const float *const x = s.x.data(), *const y = s.y.data(), *const z = s.z.data();
-  std::uint32_t* const chosen = s.chosen.data();
-  float *const chosen_u = s.chosen_u.data(), *const chosen_v = s.chosen_v.data();
-  float* const levels = s.levels.data();
-  std::size_t n = 0;
-  for (std::size_t j = s.first_of_slot[slot]; j < s.end_of_slot[slot]; ++j) {
-    const std::uint32_t entry = entries[j];
-    chosen[n] = entry;
-    chosen_u[n] = u[j];
-    chosen_v[n] = v[j];
-    const float depth = row[0] * x[j] + row[1] * y[j] + row[2] * z[j] + row[3];
-    const float spans = std::max(1.0f, factor * items[entry / 4].depth / depth);  // 1 for no number
-    // From 1 on a float's exponent and the rest of it are the level and the way to the next.
-    const auto bits = std::bit_cast<std::uint32_t>(spans);
-    const int whole = static_cast<int>(bits >> 23) - 127;
-    const auto rest = std::bit_cast<float>((bits & 0x7fffffu) | 0x3f800000u);
-    levels[n] = std::min(static_cast<float>(whole - 1) + rest, most);
-    n += weights[entry] > 0.0f || entry >= first_of_ribbon;
+// Finds the points that have the same candidates.
+void Skin::find_groups(const SkinItems& items, SkinScratch& s) const {
+  constexpr std::uint32_t none = ~0u;
+  constexpr int bits = 8;
+  std::array<std::uint32_t, 1 << bits> latest;  // groups, by a hash; a group may be forgotten there
+  latest.fill(none);
+  const auto alike = [&](std::size_t a, std::size_t b) {
+    if (items[a].parts != items[b].parts) return false;
+    if ((a < items.first_of_ribbon) != (b < items.first_of_ribbon)) return false;
+    for (std::size_t k = 0; k < items[a].parts; ++k)
+      if (items[a + k].slots != items[b + k].slots) return false;
+    return true;
+  };
+  s.groups.clear();
+  s.group_of.resize(items.size());
+  for (std::size_t i = 0; i < items.size(); i += items[i].parts) {
+    std::uint32_t& group = latest[items[i].slots * 0x9e3779b1u >> (32 - bits)];
+    if (group == none || !alike(s.groups[group].first, i)) {
+      group = static_cast<std::uint32_t>(s.groups.size());
+      s.groups.push_back({static_cast<std::uint32_t>(i), 0, 0, 0});
+    }
+    ++s.groups[group].count;
+    s.group_of[i] = group;
   }
-  s.chosen_count = n;
+  std::size_t end = 0;
+  for (SkinScratch::Group& group : s.groups) {
+    group.begin = group.end = end;
+    end += (group.count + 7) / 8 * 8;
+  }
+  s.order.resize(end);
+  for (std::size_t i = 0; i < items.size(); i += items[i].parts)
+    s.order[s.groups[s.group_of[i]].end++] = static_cast<std::uint32_t>(i);
+  for (SkinScratch::Group& group : s.groups)
+    for (; (group.end - group.begin) % 8 != 0; ++group.end)
+      s.order[group.end] = s.order[group.end - 1];
 }
 
-// Adds what the view has at the chosen points.
-void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
-  // Entries go up, and ribbons' points come last.
-  const std::size_t count = s.chosen_count;
-  const bool ribbons = count > 0 && s.chosen[count - 1] / 4 >= items.first_of_ribbon;
-  const auto colours = [&](const SkinView& view, std::size_t n, float* u, float* v) {
-    loops().fetch(view, static_cast<int>(n), srgb_to_linear_table(), u, v, s.red.data(),
-                  s.green.data(), s.blue.data(), ribbons ? s.alpha.data() : nullptr);
-    const Mat3f& colour = colours_[slot];
-    if (colour == Mat3f(1.0f)) return;
-    for (std::size_t j = 0; j < n; ++j) {
-      const Vec3f light = glm::clamp(colour * Vec3f(s.red[j], s.green[j], s.blue[j]), 0.0f, 1.0f);
-      s.red[j] = light.r;
-      s.green[j] = light.g;
-      s.blue[j] = light.b;
+// Which views may colour a block's points, where these lie in them, and how much each sees of them.
+void Skin::look(const SkinItems& items, const std::uint32_t* which, int count,
+                SkinScratch& s) const {
+  const std::uint32_t first = which[0], parts = items[first].parts;
+  const bool ribbons = first >= items.first_of_ribbon;
+  // What no view sees takes all the same what colours the views have there.
+  const float least = ribbons ? 1e-3f : items.nearest_where_unseen ? 1e-4f : 0.0f;
+  const SkinPoints points{count, s.x, s.y, s.z, s.depth};
+  s.rows.resize(std::max(s.rows.size(), 16 * parts * SkinScratch::block));
+  float* row = s.rows.data();
+  const auto next_row = [&] { return std::exchange(row, row + SkinScratch::block); };
+  s.views.clear();
+  s.weights.clear();
+  for (std::uint32_t part = 0; part < parts; ++part) {
+    float* const weights[4] = {next_row(), next_row(), next_row(), next_row()};
+    loops().spread(items[part].weights.data(), which, count, weights);
+    for (std::uint32_t c = 0; c < 4; ++c) {
+      float heaviest = 0.0f;
+      for (int i = 0; i < count; ++i) heaviest = std::max(heaviest, weights[c][i]);
+      if (heaviest == 0.0f) continue;
+      const std::uint32_t slot = items[first + part].slots >> (8 * c) & 255u;
+      const SkinScratch::View view{slot,       4 * part + c, weights[c],
+                                   next_row(), next_row(),   ribbons ? next_row() : nullptr};
+      s.views.push_back(view);
+      s.weights.push_back(view.weight);
+      loops().look(views_[slot].front(), points, least, view.u, view.v, view.weight);
     }
-  };
-  const auto add = [&](const std::uint32_t* entries, const float* shares, std::size_t n) {
-    const float *const red = s.red.data(), *const green = s.green.data();
-    const float *const blue = s.blue.data(), *const weights = s.weights.data();
-    glm::vec4* const sums = s.sums.data();
-    for (std::size_t j = 0; j < n; ++j) {
-      const std::uint32_t entry = entries[j];
-      const float share = shares == nullptr ? weights[entry] : shares[j] * weights[entry];
-      sums[entry / 4] += share * glm::vec4(red[j], green[j], blue[j], 0.0f);
-    }
-    for (std::size_t j = 0; ribbons && j < n; ++j)
-      s.alphas[entries[j]] += shares == nullptr ? s.alpha[j] : shares[j] * s.alpha[j];
-  };
-  if (smaller_[slot].empty()) {
-    colours(views_[slot], count, s.chosen_u.data(), s.chosen_v.data());
-    add(s.chosen.data(), nullptr, count);
-    return;
-  }
-  const float* const levels = s.levels.data();
-  for (std::size_t level = 0; level <= smaller_[slot].size(); ++level) {
-    std::uint32_t* const of_level = s.of_level.data();
-    float *const u = s.level_u.data(), *const v = s.level_v.data();
-    float* const shares = s.level_weights.data();
-    std::size_t n = 0;
-    for (std::size_t j = 0; j < count; ++j) {
-      const float share = 1.0f - std::abs(levels[j] - static_cast<float>(level));
-      of_level[n] = s.chosen[j];
-      shares[n] = share;
-      u[n] = s.chosen_u[j];
-      v[n] = s.chosen_v[j];
-      n += share > 0.0f;
-    }
-    colours(level == 0 ? views_[slot] : smaller_[slot][level - 1], n, u, v);
-    add(of_level, shares, n);
   }
 }
 
-// The ribbons' coverage: by the view that knows best where the subject ends (soft_edge.h).
-void Skin::soften(const SkinItems& items, SkinScratch& s) const {
-  for (std::size_t i = items.first_of_ribbon; i < items.size(); ++i) {
-    const std::array<float, 4>& weights = items[i].weights;
-    const float largest = std::max({weights[0], weights[1], weights[2], weights[3]});
+void Skin::paint_block(const SkinItems& items, const std::uint32_t* which, int count,
+                       SkinScratch& s) const {
+  const bool ribbons = which[0] >= items.first_of_ribbon;
+  const SkinItem& base = items[0];
+  loops().spread(&base.place.x, which, count, {s.x, s.y, s.z, s.depth});
+  loops().spread(&base.fill.x, which, count, {s.red, s.green, s.blue, s.share});
+  look(items, which, count, s);
+  // What hardly any camera sees fades to the fill; ribbons show what little they have.
+  loops().settle(s.weights.data(), static_cast<int>(s.views.size()), best_,
+                 ribbons ? 1e-6f : fill_range_, count, {s.red, s.green, s.blue, nullptr});
+  std::sort(s.views.begin(), s.views.end(),
+            [](const auto& a, const auto& b) { return a.slot < b.slot; });
+  const SkinPoints points{count, s.x, s.y, s.z, s.depth};
+  for (const SkinScratch::View& view : s.views) {
+    const std::vector<SkinView>& levels = views_[view.slot];
+    const Mat3f& colour = colours_[view.slot];
+    if (ribbons)
+      std::fill_n(view.alpha, count, 0.0f);
+    else
+      displace(view, count, s);  // mattes stay where they are
+    loops().add({levels.data(), static_cast<int>(levels.size()),
+                 static_cast<float>(pixel_size_) * levels.front().fx,
+                 colour == Mat3f(1.0f) ? nullptr : &colour[0][0]},
+                points, view.weight, srgb_to_linear_table(), view.u, view.v,
+                {s.red, s.green, s.blue, view.alpha});
+  }
+  for (int i = 0; i < count; ++i) {
+    glm::vec4& to = s.colours[which[i]];
+    to = glm::vec4(s.red[i], s.green[i], s.blue[i], 1.0f);
+    if (!ribbons) continue;
+    // Their coverage, by the view that knows best where the subject ends (soft_edge.h).
+    const std::array<float, 4>& weights = items[which[i]].weights;
+    const float largest = *std::max_element(weights.begin(), weights.end());
     float alpha = 1.0f;
-    for (std::size_t c = 0; c < 4; ++c)
-      if (weights[c] > 0.0f)
-        alpha = std::min(alpha, own_alpha(weights[c] / largest, s.alphas[4 * i + c]));
-    s.sums[i] *= alpha;
-  }
-}
-
-// Lists what each view may colour.
-void Skin::list_entries(const SkinItems& items, SkinScratch& s) const {
-  const std::size_t count = items.size(), slots = std::max<std::size_t>(views_.size(), 1);
-  s.first_of_slot.assign(slots + 1, 0);
-  for (const SkinItem& item : items)
-    for (std::size_t c = 0; c < 4; ++c)
-      if (item.weights[c] > 0.0f) ++s.first_of_slot[(item.slots >> (8 * c) & 255u) + 1];
-  // One place more than a view needs: what has no weight is written there.
-  for (std::size_t slot = 0; slot < slots; ++slot)
-    s.first_of_slot[slot + 1] += s.first_of_slot[slot] + 1;
-  s.end_of_slot.assign(s.first_of_slot.begin(), s.first_of_slot.end() - 1);
-  const auto room = [](std::size_t size, auto&... arrays) {
-    (arrays.resize(std::max(arrays.size(), size)), ...);
-  };
-  const std::size_t all = s.first_of_slot[slots];
-  room(all, s.entries, s.x, s.y, s.z, s.u, s.v, s.weight, s.chosen, s.chosen_u, s.chosen_v,
-       s.levels, s.of_level, s.level_u, s.level_v, s.level_weights, s.red, s.green, s.blue,
-       s.alpha);
-  s.weights.resize(4 * count);
-  s.sums.resize(count);
-  std::uint32_t* const entries = s.entries.data();
-  float *const x = s.x.data(), *const y = s.y.data(), *const z = s.z.data();
-  float *const weight = s.weight.data(), *const weights = s.weights.data();
-  std::size_t* const ends = s.end_of_slot.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    const SkinItem& item = items[i];
-    for (std::size_t c = 0; c < 4; ++c) {
-      std::size_t& end = ends[item.slots >> (8 * c) & 255u];
-      entries[end] = static_cast<std::uint32_t>(4 * i + c);
-      x[end] = item.place.x;
-      y[end] = item.place.y;
-      z[end] = item.place.z;
-      weight[end] = weights[4 * i + c] = item.weights[c];
-      end += item.weights[c] > 0.0f;
-    }
-  }
-}
-
-// View by view, how much of each point it sees.
-void Skin::look(const SkinItems& items, SkinScratch& s) const {
-  const bool plain = items.first_of_ribbon >= items.size() && !items.nearest_where_unseen;
-  for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-    const std::size_t first = s.first_of_slot[slot], end = s.end_of_slot[slot];
-    loops().look(views_[slot],
-                 {static_cast<int>(end - first), &s.x[first], &s.y[first], &s.z[first]},
-                 &s.u[first], &s.v[first], &s.weight[first]);
-    for (std::size_t j = first; plain && j < end; ++j) s.weights[s.entries[j]] = s.weight[j];
-    for (std::size_t j = first; !plain && j < end; ++j) {
-      // A ribbon that no view sees free of the hull takes the nearest one's colours.
-      const std::uint32_t i = s.entries[j] / 4;
-      const bool ribbon = i >= items.first_of_ribbon;
-      const float least = ribbon ? 1e-3f : items.nearest_where_unseen ? 1e-4f : 0.0f;
-      s.weights[s.entries[j]] = s.weight[j] + least * items[i].weights[s.entries[j] % 4];
-    }
+    for (const SkinScratch::View& view : s.views)
+      if (weights[view.candidate] > 0.0f)
+        alpha = std::min(alpha, own_alpha(weights[view.candidate] / largest, view.alpha[i]));
+    to *= alpha;
   }
 }
 
 void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) const {
-  const std::size_t count = items.size();
-  if (count == 0) return;
-  // First how much each view gives, then with what.
-  list_entries(items, s);
-  if (items.first_of_ribbon < count) s.alphas.assign(4 * count, 0.0f);
-  look(items, s);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (items[i].parts == 0) {  // of the point before
-      s.sums[i] = glm::vec4(0.0f);
-      continue;
-    }
-    float* w = &s.weights[4 * i];
-    const std::size_t candidates = 4 * std::size_t(items[i].parts);
-    const auto sum = [=] {
-      float of = w[0] + w[1] + w[2] + w[3];
-      for (std::size_t c = 4; c < candidates; ++c) of += w[c];
-      return of;
-    };
-    const float all = sum();
-    keep_best_views(w, candidates, best_);
-    const float total = sum();
-    // What hardly any camera sees fades to the fill; ribbons show what little they have.
-    const float range = i < items.first_of_ribbon ? fill_range_ : 1e-6f;
-    const float t = std::clamp(all / range, 0.0f, 1.0f);
-    const float sure = total > 0.0f ? t * t * (3.0f - 2.0f * t) : 0.0f;
-    const float scale = sure > 0.0f ? sure / total : 0.0f;
-    for (std::size_t c = 0; c < candidates; ++c) w[c] *= scale;
-    s.sums[i] = glm::vec4((1.0f - sure) * items[i].fill, 1.0f);
-  }
-  for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-    choose(slot, items, s);
-    displace(slot, items, s);
-    fetch(slot, items, s);
-  }
-  if (items.first_of_ribbon < count) soften(items, s);
-  for (std::size_t i = 0; i < count; ++i) pixels[items[i].pixel] += items[i].share * s.sums[i];
+  if (items.empty()) return;
+  find_groups(items, s);
+  s.colours.resize(items.size());
+  for (const SkinScratch::Group& group : s.groups)
+    for (std::size_t i = group.begin; i < group.end; i += SkinScratch::block)
+      paint_block(items, &s.order[i], static_cast<int>(std::min(SkinScratch::block, group.end - i)),
+                  s);
+  for (std::size_t i = 0; i < items.size(); i += items[i].parts)
+    pixels[items[i].pixel] += items[i].share * s.colours[i];
 }
 
 }  // namespace polyhull::processor

@@ -29,12 +29,14 @@ struct SkinItem {
   Vec3f place{0.0f};               ///< local coordinates
   float depth = 0.0f;              ///< before the viewport, mesh units
   std::array<float, 4> weights{};  ///< of the candidates
-  std::uint32_t slots = 0;         ///< the candidates, one byte each
   Vec3f fill{0.0f};                ///< the colour where no view counts, linear
   float share = 0.0f;              ///< how much of its pixel a point is
+  std::uint32_t slots = 0;         ///< the candidates, one byte each
   std::uint32_t pixel = 0;         ///< where its colour goes
-  std::uint8_t parts = 1;          ///< items of the point that begins here; 0: none does
+  std::uint32_t parts = 1;         ///< items of the point that begins here; 0: none does
+  std::uint32_t unused = 0;
 };
+static_assert(sizeof(SkinItem) == 64, "as Loops::spread() takes records");
 
 /// Points of one subject.
 struct SkinItems : std::vector<SkinItem> {
@@ -44,23 +46,32 @@ struct SkinItems : std::vector<SkinItem> {
   bool nearest_where_unseen = false;
 };
 
-/// A thread's working memory. An entry is 4 * item + candidate.
+/// A thread's working memory. Points that the same views may colour are coloured side by side, in blocks
+/// of at most a few hundred.
 struct SkinScratch {
-  /// Slot by slot, from first_of_slot on: what each view may colour, where, and how much.
-  std::vector<std::uint32_t> entries;
-  std::vector<float> x, y, z, u, v, weight;
-  std::vector<std::size_t> first_of_slot, end_of_slot;
-  std::vector<float> weights, alphas;  ///< by entry; alphas of ribbons
-  std::vector<glm::vec4> sums;         ///< by item
-  /// What of one view is blended.
-  std::size_t chosen_count = 0;
-  std::vector<std::uint32_t> chosen;
-  std::vector<float> chosen_u, chosen_v, levels, red, green, blue, alpha;
-  /// What of it one level of its pictures gives a share of.
-  std::vector<std::uint32_t> of_level;
-  std::vector<float> level_u, level_v, level_weights;
-  std::vector<std::uint32_t> moved;  ///< of chosen, by what is displaced
-  std::vector<float> moved_u, moved_v, moved_share, from_u, from_v;
+  static constexpr std::size_t block = 256;
+  /// Such points, places begin to end - 1 of `order`, whose number is a multiple of 8: the last one is
+  /// repeated.
+  struct Group {
+    std::uint32_t first;  ///< item
+    std::size_t count, begin, end;
+  };
+  std::vector<Group> groups;
+  std::vector<std::uint32_t> group_of;  ///< by item
+  std::vector<std::uint32_t> order;     ///< items
+  std::vector<glm::vec4> colours;       ///< by item
+  // Of a block.
+  float x[block], y[block], z[block], depth[block];
+  float red[block], green[block], blue[block], share[block];
+  float from_u[block], from_v[block], moved_u[block], moved_v[block], moved_share[block];
+  /// A view that may colour it, and what of its points: rows of numbers.
+  struct View {
+    std::uint32_t slot, candidate;
+    float *weight, *u, *v, *alpha;
+  };
+  std::vector<View> views;      ///< the order of their weights is that of the items
+  std::vector<float*> weights;  ///< views' own
+  std::vector<float> rows;      ///< four for each candidate
 };
 
 /// One subject's views and triangles; kept from frame to frame.
@@ -114,19 +125,18 @@ class Skin {
   void add_smaller(const Mesh& mesh, int view, int levels);
   SkinView look_through(const Mesh& mesh, int view) const;
   void look_along(const Mesh& mesh, const Vec3& eye);
-  void list_entries(const SkinItems& items, SkinScratch& scratch) const;
-  void look(const SkinItems& items, SkinScratch& scratch) const;
-  void choose(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
-  void displace(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
-  void fetch(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
-  void soften(const SkinItems& items, SkinScratch& scratch) const;
+  void find_groups(const SkinItems& items, SkinScratch& scratch) const;
+  void paint_block(const SkinItems& items, const std::uint32_t* which, int count,
+                   SkinScratch& scratch) const;
+  void look(const SkinItems& items, const std::uint32_t* which, int count,
+            SkinScratch& scratch) const;
+  void displace(const SkinScratch::View& view, int count, SkinScratch& scratch) const;
 
   HullDrawing drawing_;
   std::vector<std::size_t> first_, first_wide_;  // by eye
   std::vector<Picture> pictures_;                // by view
-  std::vector<SkinView> views_;                  // by slot
+  std::vector<std::vector<SkinView>> views_;     // by slot and level (view_picture.h)
   std::vector<Mat3f> colours_;                   // by slot: colour_of()
-  std::vector<std::vector<SkinView>> smaller_;   // by slot and level, from 1 on
   std::vector<std::vector<SkinFlow>> flows_;     // by slot
   double pixel_size_ = 0.0;
   float tolerance_ = 0.0f;

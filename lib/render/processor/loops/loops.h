@@ -31,12 +31,28 @@ struct SkinView {
   float lens[12] = {};
 };
 
-/// Points of a subject's surface in one view, in arrays of \p count.
+/// Points of a subject, in arrays of \p count, a multiple of 8.
 struct SkinPoints {
   int count = 0;
   const float* x = nullptr;  ///< local coordinates
   const float* y = nullptr;
   const float* z = nullptr;
+  const float* depth = nullptr;  ///< before the viewport
+};
+
+/// The pictures that one view's colours are taken from, each half the size of the one before
+/// (view_picture.h).
+struct SkinPictures {
+  const SkinView* views = nullptr;  ///< of one camera, from its own picture on
+  int count = 1;
+  float factor = 1.0f;  ///< pixels that a pixel of the viewport spans where the depths agree
+  const float* colour =
+      nullptr;  ///< to the colours that are wanted, column by column; null: they are
+};
+
+/// The points' linear colours; \p alpha null: not wanted.
+struct SkinColours {
+  float *red, *green, *blue, *alpha;
 };
 
 /// Where a view shows what another one shows (PictureFlow), in that view's pinhole pixels.
@@ -113,14 +129,29 @@ struct BlendPixels {
 
 struct Loops {
   const char* name;
-  /// weight[i] becomes the share of it with which \p view sees point i; u, v the pinhole pixels.
-  void (*look)(const SkinView& view, const SkinPoints& points, float* u, float* v, float* weight);
+  /// Brings four numbers of each record, of 16 each, into the arrays \p to: those of record which[i] to
+  /// place i. \p count is a multiple of 4.
+  void (*spread)(const float* records, const std::uint32_t* which, int count,
+                 float* const (&to)[4]);
+  /// weight[i] becomes the share of it with which \p view sees point i, and \p least of it; u, v the
+  /// pinhole pixels.
+  void (*look)(const SkinView& view, const SkinPoints& points, float least, float* u, float* v,
+               float* weight);
+  /// Keeps the \p best largest of \p views weights of each point (of 64 at most, none negative), less the
+  /// weight l of the first one that is left out: w becomes max(0, w - l). What enters and leaves the
+  /// chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001). But for a
+  /// thousandth of the largest: l is at most .999 of it, so that views that weigh alike do not leave
+  /// nothing. The sum of what is kept becomes the share of the point that is sure: all of it where all
+  /// weights together are \p range or more, below it fades to 0. Colours become the rest's.
+  void (*settle)(float* const* weights, int views, int best, float range, int count,
+                 const SkinColours& colours);
   /// Moves each place u, v of a view by \p share of what \p flow has there.
   void (*displace)(const SkinFlow& flow, int count, const float* share, float* u, float* v);
-  /// The colours (linear, from \p decode of 256 values) that \p view has at the pinhole pixels u,
-  /// v; these are overwritten. \p alpha: its matte's, 0..1, too; null: not wanted.
-  void (*fetch)(const SkinView& view, int count, const float* decode, float* u, float* v,
-                float* red, float* green, float* blue, float* alpha);
+  /// Adds \p weight of what \p pictures have at the pinhole pixels u, v (which are overwritten), with
+  /// \p decode of 256 values from their codes to linear light. To alphas, if they are wanted, their
+  /// mattes' are added in whole, 0..1.
+  void (*add)(const SkinPictures& pictures, const SkinPoints& points, const float* weight,
+              const float* decode, float* u, float* v, const SkinColours& colours);
   /// The block's weighted means, side * side of them, over the pixels around that lie in the plane
   /// of each.
   void (*gather)(const ShadowTile& tile, float* means);
