@@ -32,7 +32,8 @@ inline constexpr int packed_samples = 8;
 
 /// Some rows of the picture with several samples a pixel: the largest 1/z so far and whose it is.
 /// Sample s of pixel (x, y) is at index (s * (bottom - top) + y - top) * (right - left) + x - left;
-/// packed, of packed_samples, at ((y - top) * (right - left) + x - left) * packed_samples + s.
+/// packed, at ((y - top) * (right - left) + x - left) * samples + s, where left and right are multiples
+/// of packed_samples / samples: so many pixels are drawn side by side.
 struct SampleRows {
   int left, right, top, bottom;  ///< columns left .. right - 1, rows top .. bottom - 1
   int samples;

@@ -172,7 +172,7 @@ struct Seen {
   static constexpr int count = 64, side = 40;
   float x[count], y[count], z[count], depth[count], weight[count], share[count];
   std::vector<std::uint32_t> pixels[2];
-  std::vector<float> map_depth, map_fade;
+  std::vector<SkinTexel> map;
   std::vector<std::int8_t> offsets;
   SkinView views[2];
   SkinFlow flow;
@@ -222,12 +222,9 @@ TEST_F(RenderLoops, SkinGivesTheSameBits) {
     }
     if (round % 3 != 0) {
       SkinView& view = seen.views[0];
-      for (std::vector<float>* map : {&seen.map_depth, &seen.map_fade}) {
-        map->resize(static_cast<std::size_t>((side + 1) * (side + 1)));
-        for (float& value : *map) value = number(0.0f, 1.0f);
-      }
-      view.map_depth = seen.map_depth.data();
-      view.map_fade = seen.map_fade.data();
+      seen.map.resize(static_cast<std::size_t>((side + 1) * (side + 2) + 1));
+      for (SkinTexel& texel : seen.map) texel = {number(0.0f, 1.0f), number(0.0f, 1.0f)};
+      view.map = seen.map.data();
       view.map_width = view.map_height = side;
       view.map_stride = side + 1;
       view.map_near = 1.5f, view.map_range = 0.5f, view.tolerance = 0.1f, view.rest = 0.002f;

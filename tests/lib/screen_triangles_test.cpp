@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace polyhull {
@@ -148,18 +149,19 @@ std::array<Corner, 3> any_triangle(std::mt19937& random, double size) {
   return corners(corner(), corner(), corner());
 }
 
-/// What the eight samples of each pixel show; from packed rows or others, by pixel and sample.
-std::vector<std::uint32_t> eight(const ScreenTriangles& triangles, bool packed) {
+/// What the samples of each pixel show; from packed rows or others, by pixel and sample.
+std::vector<std::uint32_t> shown(const ScreenTriangles& triangles, int samples, bool packed) {
   std::vector<std::uint32_t> out;
   constexpr std::size_t pixels = width * band_rows;
+  const auto each = static_cast<std::size_t>(samples);
   for (int band = 0; band < height / band_rows; ++band) {
-    std::vector<std::uint32_t> ids(packed_samples * pixels, no_triangle);
+    std::vector<std::uint32_t> ids(each * pixels, no_triangle);
     std::vector<float> depth(ids.size(), 0.0f);
-    triangles.draw(band, {0, width, band * band_rows, (band + 1) * band_rows, packed_samples,
-                          sample_places(packed_samples), depth.data(), ids.data(), packed});
+    triangles.draw(band, {0, width, band * band_rows, (band + 1) * band_rows, samples,
+                          sample_places(samples), depth.data(), ids.data(), packed});
     for (std::size_t i = 0; i < pixels; ++i)
-      for (std::size_t s = 0; s < packed_samples; ++s)
-        out.push_back(ids[packed ? i * packed_samples + s : s * pixels + i]);
+      for (std::size_t s = 0; s < each; ++s)
+        out.push_back(ids[packed ? i * each + s : s * pixels + i]);
   }
   return out;
 }
@@ -167,22 +169,24 @@ std::vector<std::uint32_t> eight(const ScreenTriangles& triangles, bool packed) 
 // But where an edge passes through a sample, or two triangles through each other there.
 TEST(ScreenTriangles, PackedRowsShowTheSame) {
   std::mt19937 random(11);
-  std::size_t different = 0, all = 0, shown = 0;
+  std::size_t different = 0, all = 0, covered = 0;
   for (const double size : {0.7, 3.0, 12.0, 90.0}) {
-    for (int round = 0; round < 20; ++round) {
+    for (int round = 0; round < 32; ++round) {
+      const int samples = 1 << round % 4;
       ScreenTriangles triangles;
       triangles.begin(width, height);
       for (std::uint32_t i = 0; i < 60; ++i)
         triangles.add(any_triangle(random, size), i, Facing::both);
-      const auto apart = eight(triangles, false), packed = eight(triangles, true);
+      const auto apart = shown(triangles, samples, false);
+      const auto packed = shown(triangles, samples, true);
       all += apart.size();
       for (std::size_t i = 0; i < apart.size(); ++i) {
-        shown += apart[i] != no_triangle;
+        covered += apart[i] != no_triangle;
         different += apart[i] != packed[i];
       }
     }
   }
-  EXPECT_GT(shown, all / 4);
+  EXPECT_GT(covered, all / 4);
   EXPECT_LT(different, all / 20000);
 }
 
@@ -194,9 +198,11 @@ TEST(ScreenTriangles, PackedRectanglesShowTheSame) {
     const Vec3 a(3.3, end - 16.0, 2), b(30.3, end - 16.0, 2), c(3.3, end, 2), d(30.3, end, 2);
     triangles.add(corners(a, b, c), 1, Facing::both);
     triangles.add(corners(b, d, c), 2, Facing::both);
-    const auto packed = eight(triangles, true);
-    EXPECT_GT(covered(packed), 16u * 26u * packed_samples);
-    EXPECT_EQ(packed, eight(triangles, false)) << end;
+    for (const int samples : {4, 8}) {
+      const auto packed = shown(triangles, samples, true);
+      EXPECT_GT(covered(packed), 16u * 26u * static_cast<std::size_t>(samples));
+      EXPECT_EQ(packed, shown(triangles, samples, false)) << end;
+    }
   }
 }
 
@@ -211,15 +217,42 @@ TEST(ScreenTriangles, PackedNeighboursShareNoSampleAndLeaveNone) {
       const double angle = 6.283185307179586 * (i + 0.9 * place(random)) / 40;
       rim.push_back(middle + Vec3(90.0 * std::cos(angle), 90.0 * std::sin(angle), 0.0));
     }
-    std::vector<int> times(static_cast<std::size_t>(packed_samples) * width * height, 0);
+    const int samples = 1 << round % 4;
+    std::vector<int> times(static_cast<std::size_t>(samples) * width * height, 0);
     for (std::size_t i = 0; i < rim.size(); ++i) {
       ScreenTriangles triangles;
       triangles.begin(width, height);
       triangles.add(corners(middle, rim[i], rim[(i + 1) % rim.size()]), 0, Facing::both);
-      const auto ids = eight(triangles, true);
+      const auto ids = shown(triangles, samples, true);
       for (std::size_t k = 0; k < ids.size(); ++k) times[k] += ids[k] != no_triangle;
     }
     EXPECT_EQ(std::count(times.begin(), times.end(), 1), static_cast<std::ptrdiff_t>(times.size()));
+  }
+}
+
+// To the bit, also where triangles go on beside it.
+TEST(ScreenTriangles, PackedRowsDoNotDependOnThePartThatIsAskedFor) {
+  std::mt19937 random(7);
+  for (const int samples : {1, 2, 4, 8}) {
+    ScreenTriangles triangles;
+    triangles.begin(width, height);
+    for (std::uint32_t i = 0; i < 60; ++i)
+      triangles.add(any_triangle(random, i % 3 ? 12.0 : 90.0), i, Facing::both);
+    const auto drawn = [&](int left, int right) {
+      std::vector<std::uint32_t> ids(static_cast<std::size_t>(samples * (right - left) * band_rows),
+                                     no_triangle);
+      std::vector<float> depth(ids.size(), 0.0f);
+      triangles.draw(0, {left, right, 0, band_rows, samples, sample_places(samples), depth.data(),
+                         ids.data(), true});
+      std::vector<std::pair<std::uint32_t, float>> out;  // of columns 16 to 31
+      for (int row = 0; row < band_rows; ++row)
+        for (int i = 16 * samples; i < 32 * samples; ++i) {
+          const auto at = static_cast<std::size_t>((row * (right - left) - left) * samples + i);
+          out.emplace_back(ids[at], depth[at]);
+        }
+      return out;
+    };
+    EXPECT_EQ(drawn(0, width), drawn(16, 32)) << samples;
   }
 }
 

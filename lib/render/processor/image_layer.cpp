@@ -188,17 +188,16 @@ void ImageLayer::look(const ImageHull& hull, const Sight& sight, const Block& bl
 /// Writes hits of the block at (left, top), of sample \p sample of each pixel, or of all for -1.
 void ImageLayer::put(const Sight& sight, const SampleRows& rows, int left, int top, int sample,
                      const ImageHull::Hits& hits, Scratch& scratch) {
-  const int width = rows.right - rows.left, height = rows.bottom - rows.top;
   for (int i = 0; i < ImageHull::lanes; ++i) {
     const int x = left + i % side, y = top + i / side;
     if (hits.inverse[i] == 0.0f || x < rows.left || x >= rows.right || y < rows.top ||
         y >= rows.bottom)
       continue;
+    const auto pixel = static_cast<std::size_t>(
+        ((y - rows.top) * (rows.right - rows.left) + x - rows.left) * rows.samples);
     const int first = sample < 0 ? 0 : sample, last = sample < 0 ? rows.samples - 1 : sample;
     for (int s = first; s <= last; ++s) {
-      const std::size_t at =
-          (static_cast<std::size_t>(s) * height + static_cast<std::size_t>(y - rows.top)) * width +
-          static_cast<std::size_t>(x - rows.left);
+      const std::size_t at = pixel + static_cast<std::size_t>(s);
       if (!(hits.inverse[i] > rows.inverse[at])) continue;
       rows.inverse[at] = hits.inverse[i];
       rows.id[at] = no_triangle;
@@ -296,13 +295,14 @@ void ImageLayer::find_items(const std::vector<ReadySubject>& subjects, const Sam
     for (unsigned open = (1u << rows.samples) - 1; open != 0;) {
       // Its first open sample, and those of the same surface.
       const int first = std::countr_zero(open);
-      const std::size_t at = static_cast<std::size_t>(first) * pixels + pixel;
+      const std::size_t before = pixel * static_cast<std::size_t>(rows.samples);
+      const std::size_t at = before + static_cast<std::size_t>(first);
       const Scratch::Seen seen = scratch.seen[at];
       const float inverse = rows.inverse[at];
       float x = 0.0f, y = 0.0f, sum = 0.0f;
       int own = 0;
       for (int s = first; s < rows.samples; ++s) {
-        const std::size_t other = static_cast<std::size_t>(s) * pixels + pixel;
+        const std::size_t other = before + static_cast<std::size_t>(s);
         if (!(open >> s & 1) || scratch.seen[other].subject != seen.subject ||
             (seen.subject != no_triangle &&
              std::abs(rows.inverse[other] - inverse) > one_surface * inverse))

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "base/srgb.h"
@@ -12,6 +13,11 @@
 
 namespace polyhull::processor {
 namespace {
+
+static_assert(sizeof(SkinCorner) == sizeof(HullVertex) &&
+              offsetof(SkinCorner, weights) == offsetof(HullVertex, weights) &&
+              offsetof(SkinCorner, slots) == offsetof(HullVertex, slots) &&
+              offsetof(SkinCorner, fill) == offsetof(HullVertex, fill));
 
 /// What a view of relative weight \p near leaves of a ribbon where its matte is \p matte (soft_edge.h).
 float own_alpha(float near, float matte) {
@@ -128,21 +134,18 @@ void Skin::prepare_picture(const Mesh& mesh, int view) {
   picture.ready = true;
   prepare_view_picture(mesh.views[k].view, reach_, picture.pixels);
   picture.smaller.clear();
-  picture.depth.clear();
-  picture.fade.clear();
+  picture.map.clear();
   if (!use_maps_) return;
   const OcclusionMap& map = mesh.texturing->maps[k];
   const std::size_t stride = static_cast<std::size_t>(std::max(map.width, 0)) + 1;
-  const std::size_t rows = static_cast<std::size_t>(std::max(map.height, 0)) + 1;
-  picture.depth.assign(stride * rows, 0.0f);
-  picture.fade.assign(stride * rows, 0.0f);
+  const std::size_t rows = static_cast<std::size_t>(std::max(map.height, 0)) + 2;
+  picture.map.assign(stride * rows + 1, {});
   for (int y = 0; y < map.height; ++y) {
     const std::size_t from = static_cast<std::size_t>(y) * map.width;
     const std::size_t to = static_cast<std::size_t>(y) * stride;
-    for (int x = 0; x < map.width; ++x) {
-      picture.depth[to + x] = static_cast<float>(map.depth[from + x]) / 65534.0f;
-      picture.fade[to + x] = static_cast<float>(map.fade[from + x]) / 255.0f;
-    }
+    for (int x = 0; x < map.width; ++x)
+      picture.map[to + x] = {static_cast<float>(map.depth[from + x]) / 65534.0f,
+                             static_cast<float>(map.fade[from + x]) / 255.0f};
   }
 }
 
@@ -174,8 +177,7 @@ SkinView Skin::look_through(const Mesh& mesh, int number) const {
   }
   if (use_maps_) {
     const OcclusionMap& map = mesh.texturing->maps[k];
-    out.map_depth = picture.depth.data();
-    out.map_fade = picture.fade.data();
+    out.map = picture.map.data();
     out.map_x = map.x;
     out.map_y = map.y;
     out.map_scale = 1.0f / map.step;
@@ -218,15 +220,21 @@ void Skin::find_groups(const SkinItems& items, SkinScratch& s) const {
     return true;
   };
   s.groups.clear();
-  s.group_of.resize(items.size());
-  for (std::size_t i = 0; i < items.size(); i += items[i].parts) {
-    std::uint32_t& group = latest[items[i].slots * 0x9e3779b1u >> (32 - bits)];
+  s.runs.clear();
+  const auto count = static_cast<std::uint32_t>(items.size());
+  for (std::uint32_t i = 0; i < count;) {
+    const std::uint32_t slots = items[i].slots, parts = items[i].parts, first = i;
+    std::uint32_t& group = latest[slots * 0x9e3779b1u >> (32 - bits)];
     if (group == none || !alike(s.groups[group].first, i)) {
       group = static_cast<std::uint32_t>(s.groups.size());
-      s.groups.push_back({static_cast<std::uint32_t>(i), 0, 0, 0});
+      s.groups.push_back({i, 0, 0, 0});
     }
-    ++s.groups[group].count;
-    s.group_of[i] = group;
+    i += parts;
+    while (parts == 1 && i < count && items[i].slots == slots && items[i].parts == 1 &&
+           i != items.first_of_ribbon)
+      ++i;
+    s.runs.push_back({first, parts == 1 ? i - first : 1, group});
+    s.groups[group].count += s.runs.back().count;
   }
   std::size_t end = 0;
   for (SkinScratch::Group& group : s.groups) {
@@ -234,8 +242,9 @@ void Skin::find_groups(const SkinItems& items, SkinScratch& s) const {
     end += (group.count + 7) / 8 * 8;
   }
   s.order.resize(end);
-  for (std::size_t i = 0; i < items.size(); i += items[i].parts)
-    s.order[s.groups[s.group_of[i]].end++] = static_cast<std::uint32_t>(i);
+  for (const SkinScratch::Run& run : s.runs)
+    for (std::uint32_t i = 0; i < run.count; ++i)
+      s.order[s.groups[run.group].end++] = run.first + i;
   for (SkinScratch::Group& group : s.groups)
     for (; (group.end - group.begin) % 8 != 0; ++group.end)
       s.order[group.end] = s.order[group.end - 1];

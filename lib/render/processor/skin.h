@@ -56,10 +56,14 @@ struct SkinScratch {
     std::uint32_t first;  ///< item
     std::size_t count, begin, end;
   };
+  /// Points of one group that follow each other.
+  struct Run {
+    std::uint32_t first, count, group;
+  };
   std::vector<Group> groups;
-  std::vector<std::uint32_t> group_of;  ///< by item
-  std::vector<std::uint32_t> order;     ///< items
-  std::vector<glm::vec4> colours;       ///< by item
+  std::vector<Run> runs;
+  std::vector<std::uint32_t> order;  ///< items
+  std::vector<glm::vec4> colours;    ///< by item
   // Of a block.
   float x[block], y[block], z[block], depth[block];
   float red[block], green[block], blue[block], share[block];
@@ -117,7 +121,7 @@ class Skin {
     bool ready = false;
     std::vector<std::uint32_t> pixels;
     std::vector<SmallerPicture> smaller;
-    std::vector<float> depth, fade;  // of the map, with a column and a row of zeros
+    std::vector<SkinTexel> map;  // as SkinView::map
   };
   void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft,
                      std::span<const int> others);

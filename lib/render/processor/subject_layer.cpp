@@ -4,60 +4,54 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
-#include <span>
+#include <type_traits>
 #include <utility>
-
-#include "raytrace/float4.h"
 
 namespace polyhull::processor {
 namespace {
 
-constexpr std::uint32_t number_bits = 0x0fffffffu;  // below the sample's number
-
-/// The number that more than half of \p seen have, or the first one's, and whether so many have it.
-std::pair<std::uint32_t, bool> leading(const std::uint32_t* seen, int count) {
-  for (int i = 0; 2 * i < count; ++i) {
-    int same = 0;
-    for (int j = i; j < count; ++j) same += ((seen[i] ^ seen[j]) & number_bits) == 0;
-    if (2 * same > count) return {seen[i] & number_bits, true};
-  }
-  return {seen[0] & number_bits, false};
-}
-
-/// How much of each corner is in a point.
-struct Shares {
-  float first, second, third;
-  explicit Shares(const Foot& at)
-      : first(1.0f - at.second - at.third), second(at.second), third(at.third) {}
-  Vec3f of(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
-    return first * a + second * b + third * c;
-  }
-  /// Of 0..65535 for 0..1.
-  Float4 of(const std::array<std::uint16_t, 4>& a, const std::array<std::uint16_t, 4>& b,
-            const std::array<std::uint16_t, 4>& c) const {
-    const auto wide = [](const std::array<std::uint16_t, 4>& values) {
-      using UShort4 = std::uint16_t __attribute__((vector_size(8)));
-      return __builtin_convertvector(std::bit_cast<UShort4>(values), Float4);
-    };
-    return (first * wide(a) + second * wide(b) + third * wide(c)) * (1.0f / 65535.0f);
+constexpr float infinite = std::numeric_limits<float>::infinity();
+/// Of each set of a pixel's samples: how many they are, and their middle.
+struct SampleSets {
+  std::uint8_t count[256];
+  float x[256], y[256];
+  explicit SampleSets(int samples) {
+    const float(*places)[2] = sample_places(samples);
+    for (unsigned set = 0; set < 1u << samples; ++set) {
+      float all_x = 0.0f, all_y = 0.0f;
+      int all = 0;
+      for (int s = 0; s < samples; ++s) {
+        if (!(set >> s & 1)) continue;
+        all_x += places[s][0];
+        all_y += places[s][1];
+        ++all;
+      }
+      count[set] = static_cast<std::uint8_t>(all);
+      x[set] = all_x / static_cast<float>(all);
+      y[set] = all_y / static_cast<float>(all);
+    }
   }
 };
 
-/// The views of the last of \p items, a point of a wide triangle: items for all of them.
-void set_views(SkinItems& items, std::span<const std::array<std::uint16_t, 4>> list,
-               const Shares& shares) {
-  const SkinItem point = items.back();
-  items.pop_back();
-  for (std::size_t begin = 0; begin < list.size(); begin += 4) {
-    SkinItem& item = items.emplace_back(point);
-    for (std::size_t i = 0; i < 4 && begin + i < list.size(); ++i) {
-      const auto& [a, b, c, slot] = list[begin + i];
-      item.weights[i] =
-          (shares.first * a + shares.second * b + shares.third * c) * (1.0f / 65535.0f);
-      item.slots |= static_cast<std::uint32_t>(slot) << (8 * i);
-    }
-    item.parts = begin == 0 ? static_cast<std::uint8_t>((list.size() + 3) / 4) : 0;
+/// Calls \p act with how many samples a pixel has as a constant.
+template <class Act>
+void with_samples(int samples, Act&& act) {
+  switch (samples) {
+    case 8:
+      return act(std::integral_constant<int, 8>());
+    case 4:
+      return act(std::integral_constant<int, 4>());
+    case 2:
+      return act(std::integral_constant<int, 2>());
+    default:
+      return act(std::integral_constant<int, 1>());
   }
+}
+
+/// Where the samples of pixel (\p x, \p y) of packed rows begin.
+std::ptrdiff_t place_in(const SampleRows& rows, int x, int y) {
+  return (static_cast<std::ptrdiff_t>(y - rows.top) * (rows.right - rows.left) + x - rows.left) *
+         rows.samples;
 }
 
 }  // namespace
@@ -70,50 +64,70 @@ void SubjectLayer::Drawn::add(const std::vector<ReadySubject>& subjects, std::si
   const Vec4 plane = eye.kept ? *eye.kept * to_scene : Vec4(0, 0, 0, 1);
   const Skin& skin = subjects[subject].skin;
   for (std::size_t v = first; v < last; v += 3) {
-    std::array<Corner, 3> corners;
+    std::array<Corner, 3> points;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec4 point(Vec3(skin.vertex(v + k).position), 1.0);
-      corners[k] = {Vec3(from_local * point), glm::dot(plane, point)};
+      points[k] = {Vec3(from_local * point), glm::dot(plane, point)};
     }
-    triangles.add(corners, static_cast<std::uint32_t>(origins.size()), facing);
+    triangles.add(points, static_cast<std::uint32_t>(origins.size()), facing);
     origins.push_back(
         {static_cast<std::uint32_t>(subject), static_cast<std::uint32_t>(v), skin.wide(v)});
+    wide = wide || origins.back().wide;
+    corners.resize(triangles.pieces(), reinterpret_cast<const SkinCorner*>(&skin.vertex(v)));
   }
+}
+
+void SubjectLayer::Drawn::clear(int width, int height) {
+  triangles.begin(width, height);
+  origins.clear();
+  corners.clear();
+  wide = false;
 }
 
 bool SubjectLayer::Drawn::joined(const std::vector<ReadySubject>& subjects, std::uint32_t a,
                                  std::uint32_t b) const {
-  const Origin &own = origins[a], &other = origins[b];
+  const Origin &own = origin(a), &other = origin(b);
   return own.subject == other.subject && subjects[own.subject].skin.joined(own.first, other.first);
 }
 
-void SubjectLayer::Drawn::add_item(const std::vector<ReadySubject>& subjects, std::uint32_t number,
-                                   double x, double y, float share, std::uint32_t pixel,
-                                   std::vector<SkinItems>& items) const {
-  const ScreenTriangle& piece = triangles.piece(number);
-  const Origin& origin = origins[piece.id];
-  const ReadySubject& subject = subjects[origin.subject];
-  const Foot at = foot(piece, x, y);
-  const Shares shares(at);
-  const HullVertex* const corner = &subject.skin.vertex(origin.first);
-  const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
-  SkinItem& item = items[origin.subject].emplace_back();
-  item.place = shares.of(a.position, b.position, c.position);
-  item.fill = to_vector(shares.of(a.fill, b.fill, c.fill));
-  item.depth = at.depth / static_cast<float>(subject.scale);
-  item.share = share;
-  item.pixel = pixel;
-  if (origin.wide) return set_views(items[origin.subject], subject.skin.list(a), shares);
-  item.weights = std::bit_cast<std::array<float, 4>>(shares.of(a.weights, b.weights, c.weights));
-  item.slots = std::bit_cast<std::uint32_t>(a.slots);
+void SubjectLayer::Drawn::add_items(const ReadySubject& subject, const std::vector<SkinSpot>& spots,
+                                    SkinItems& items) const {
+  if (spots.empty()) return;
+  const std::size_t before = items.size();
+  items.resize(before + spots.size());
+  loops().place(spots.data(), static_cast<int>(spots.size()), &triangles.piece(0), corners.data(),
+                static_cast<float>(subject.scale), &items[before].place.x);
+  if (!wide) return;
+  // Points of wide triangles have the shares of their corners instead of views' weights.
+  const std::vector<SkinItem> points(items.begin() + static_cast<std::ptrdiff_t>(before),
+                                     items.end());
+  items.resize(before);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Origin& from = origin(spots[i].triangle);
+    if (!from.wide) {
+      items.push_back(points[i]);
+      continue;
+    }
+    const std::array<float, 4>& shares = points[i].weights;
+    const auto list = subject.skin.list(subject.skin.vertex(from.first));
+    for (std::size_t begin = 0; begin < list.size(); begin += 4) {
+      SkinItem& item = items.emplace_back(points[i]);
+      item.slots = 0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        item.weights[k] = 0.0f;
+        if (begin + k >= list.size()) continue;
+        const auto& [a, b, c, slot] = list[begin + k];
+        item.weights[k] = (shares[0] * a + shares[1] * b + shares[2] * c) * (1.0f / 65535.0f);
+        item.slots |= static_cast<std::uint32_t>(slot) << (8 * k);
+      }
+      item.parts = begin == 0 ? static_cast<std::uint32_t>((list.size() + 3) / 4) : 0;
+    }
+  }
 }
 
 void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const SubjectEye& eye, int width,
                         int height) {
-  for (Drawn* drawn : {&hulls_, &ribbons_}) {
-    drawn->triangles.begin(width, height);
-    drawn->origins.clear();
-  }
+  for (Drawn* drawn : {&hulls_, &ribbons_}) drawn->clear(width, height);
   images_.fill(subjects, eye, width, height);
   for (std::size_t s = 0; s < subjects.size(); ++s) {
     const Skin& skin = subjects[s].skin;
@@ -124,115 +138,91 @@ void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const Subject
   }
 }
 
-/// Begins with the scene's depths, so that only what is nearer is drawn, and beside the mirror with
-/// what nothing is nearer than.
-void SubjectLayer::hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
-                        Scratch& scratch) const {
-  const auto width = static_cast<std::size_t>(rows.width);
-  const auto height = static_cast<std::size_t>(rows.height);
-  for (std::size_t s = 0; s < static_cast<std::size_t>(scene.view().samples); ++s) {
-    for (std::size_t y = 0; y < height; ++y) {
-      const int row = rows.y + static_cast<int>(y);
-      float* to = &scratch.inverse[(s * height + y) * width];
-      std::copy_n(scene.inverse(static_cast<int>(s), rows.x, row), width, to);
+/// Begins with the scene's depths in \p part, so that only what is nearer is drawn, and beside the mirror
+/// with what nothing is nearer than.
+void SubjectLayer::hide(const Rectangle& part, const SceneLayer& scene, const SceneLayer* frame,
+                        const SampleRows& rows) {
+  with_samples(rows.samples, [&](auto samples) {
+    for (int y = part.y; y < part.y + part.height; ++y) {
+      const float* from[samples];
+      for (int s = 0; s < samples; ++s) from[s] = scene.inverse(s, part.x, y);
+      float* const to = rows.inverse + place_in(rows, part.x, y);
+      for (int x = 0; x < part.width; ++x)
+        for (int s = 0; s < samples; ++s) to[x * samples + s] = from[s][x];
       if (frame == nullptr) continue;
-      const std::uint8_t* marks = frame->mirror(rows.x, row);
-      for (std::size_t x = 0; x < width; ++x)
-        if (!(marks[x] >> s & 1)) to[x] = std::numeric_limits<float>::infinity();
+      const std::uint8_t* marks = frame->mirror(part.x, y);
+      for (int x = 0; x < part.width; ++x)
+        for (int s = 0; s < samples; ++s)
+          if (!(marks[x] >> s & 1)) to[x * samples + s] = infinite;
     }
-  }
+  });
 }
 
-/// Of what is nearer than the scene that the scratch has, all samples of a pixel alike.
-void SubjectLayer::hide(const Rectangle& rows, const LayerView& view, const DepthPicture& depth,
-                        Scratch& scratch) const {
-  const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
-  std::size_t pixel = 0;
-  for (int y = rows.y; y < rows.y + rows.height; ++y) {
-    for (int x = rows.x; x < rows.x + rows.width; ++x, ++pixel) {
+/// Of what is nearer than the scene, all samples of a pixel alike.
+void SubjectLayer::hide(const Rectangle& part, const LayerView& view, const DepthPicture& depth,
+                        const SampleRows& rows) {
+  for (int y = part.y; y < part.y + part.height; ++y) {
+    float* scene = rows.inverse + place_in(rows, part.x, y);
+    for (int x = part.x; x < part.x + part.width; ++x) {
       const float found = depth.at(x, y, view.width, view.height);
-      for (std::size_t s = 0; s < static_cast<std::size_t>(view.samples); ++s) {
-        float& scene = scratch.inverse[s * pixels + pixel];
-        if (found * (1.0f - depth_picture_ahead) > scene) scene = found;
-      }
+      for (int s = 0; s < rows.samples; ++s, ++scene)
+        if (found * (1.0f - depth_picture_ahead) > *scene) *scene = found;
     }
   }
-}
-
-/// Lists the columns in which any of the samples of a row of pixels has a triangle. The ids of a sample lie
-/// \p pixels after those of the one before. Returns how many there are.
-std::size_t SubjectLayer::find_covered(const std::uint32_t* ids, std::size_t pixels, int samples,
-                                       Scratch& scratch) {
-  const std::size_t width = scratch.covered.size();
-  scratch.together.assign(ids, ids + width);
-  std::uint32_t* const together = scratch.together.data();
-  for (int s = 1; s < samples; ++s) {
-    ids += pixels;
-    for (std::size_t x = 0; x < width; ++x) together[x] &= ids[x];
-  }
-  std::uint32_t* const covered = scratch.covered.data();
-  std::size_t count = 0;
-  for (std::size_t x = 0; x < width; ++x) {
-    covered[count] = static_cast<std::uint32_t>(x);
-    count += together[x] != no_triangle;
-  }
-  return count;
 }
 
 /// Each triangle in a pixel is coloured once, in the middle of its samples; one that has more than half of
 /// them also for those with which it has a corner in common.
-void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows,
-                              int samples, const Drawn& drawn,
-                              const std::vector<std::uint32_t>& ids, Scratch& scratch) const {
-  const float(*places)[2] = sample_places(samples);
-  const float each = 1.0f / static_cast<float>(samples);
-  const auto width = static_cast<std::size_t>(rows.width);
-  const std::size_t pixels = width * static_cast<std::size_t>(rows.height);
-  float all_x = 0.0f, all_y = 0.0f;
-  for (int s = 0; s < samples; ++s) all_x += places[s][0], all_y += places[s][1];
-  scratch.covered.resize(width);
-  for (std::size_t first = 0; first < pixels; first += width) {
-    const std::size_t count = find_covered(&ids[first], pixels, samples, scratch);
-    const double y = rows.y + static_cast<double>(first / width);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t column = scratch.covered[i], pixel = first + column;
-      const double x = rows.x + static_cast<double>(column);
-      const auto add = [&](std::uint32_t number, float sx, float sy, int own) {
-        const auto of = static_cast<float>(own);
-        drawn.add_item(subjects, number, x + sx / of, y + sy / of, of * each,
-                       static_cast<std::uint32_t>(pixel), scratch.items);
-      };
-      std::uint32_t seen[8];
-      int left = 0;
-      bool same = true;
-      for (std::size_t s = 0; s < static_cast<std::size_t>(samples); ++s) {
-        const std::uint32_t number = ids[s * pixels + pixel];
-        same = same && number == ids[pixel];
-        if (number != no_triangle) seen[left++] = number | static_cast<std::uint32_t>(s) << 28;
-      }
-      if (same) {
-        add(ids[pixel], all_x, all_y, samples);
-        continue;
-      }
-      while (left > 0) {
-        const auto [number, leads] = leading(seen, left);
-        const std::uint32_t id = drawn.triangles.piece(number).id;
-        float sx = 0.0f, sy = 0.0f;
-        const int all = std::exchange(left, 0);
-        for (int k = 0; k < all; ++k) {
-          const std::uint32_t other = seen[k] & number_bits;
-          if (other == number ||
-              (leads && drawn.joined(subjects, id, drawn.triangles.piece(other).id))) {
-            sx += places[seen[k] >> 28][0];
-            sy += places[seen[k] >> 28][1];
-          } else {
-            seen[left++] = seen[k];
-          }
+void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const SampleRows& rows,
+                              const Drawn& drawn, const std::uint32_t* ids,
+                              Scratch& scratch) const {
+  scratch.spots.resize(subjects.size());
+  for (std::vector<SkinSpot>& spots : scratch.spots) spots.clear();
+  with_samples(rows.samples, [&](auto samples) {
+    static const SampleSets sets(samples);
+    constexpr unsigned all = (1u << samples) - 1;
+    std::uint32_t pixel = 0;
+    for (int row = rows.top; row < rows.bottom; ++row) {
+      for (int column = rows.left; column < rows.right; ++column, ++pixel, ids += samples) {
+        const auto add = [&](std::uint32_t number, unsigned set) {
+          scratch.spots[drawn.origin(number).subject].push_back(
+              {column + static_cast<double>(sets.x[set]), row + static_cast<double>(sets.y[set]),
+               number, pixel, static_cast<float>(sets.count[set]) / samples});
+        };
+        std::uint32_t together = ids[0], others = 0;
+        for (int s = 1; s < samples; ++s) together &= ids[s], others |= ids[s] ^ ids[0];
+        if (together == no_triangle) continue;
+        if (others == 0) {
+          add(ids[0], all);
+          continue;
         }
-        add(number, sx, sy, all - left);
+        // The samples that show the same as each, and those that are still to be coloured.
+        unsigned same[samples] = {}, open = 0;
+        for (int s = 0; s < samples; ++s) {
+          for (int other = 0; other < samples; ++other)
+            same[s] |= static_cast<unsigned>(ids[s] == ids[other]) << other;
+          open |= static_cast<unsigned>(ids[s] != no_triangle) << s;
+        }
+        while (open != 0) {
+          int leading = -1;
+          for (int s = samples - 1; s >= 0; --s)
+            if (2 * sets.count[same[s] & open] > sets.count[open]) leading = s;
+          const std::uint32_t number = ids[leading >= 0 ? leading : std::countr_zero(open)];
+          unsigned set = 0;
+          for (int s = 0; s < samples; ++s) {
+            const bool own =
+                open >> s & 1 && !(set >> s & 1) &&
+                (ids[s] == number || (leading >= 0 && drawn.joined(subjects, number, ids[s])));
+            if (own) set |= same[s];
+          }
+          add(number, set);
+          open &= ~set;
+        }
       }
     }
-  }
+  });
+  for (std::size_t i = 0; i < subjects.size(); ++i)
+    drawn.add_items(subjects[i], scratch.spots[i], scratch.items[i]);
 }
 
 /// Draws the nearest ribbon of each sample where no hull is.
@@ -245,7 +235,7 @@ void SubjectLayer::draw_ribbons(int band, const SampleRows& rows, Scratch& scrat
     if (scratch.ids[i] != no_triangle) scratch.ribbon_ids[i] = no_triangle;
 }
 
-/// What of band \p band and \p part triangles touch.
+/// What of band \p band and \p part triangles touch, with the columns beside that are drawn together.
 Rectangle SubjectLayer::painted(int band, const Rectangle& part) const {
   Rectangle rows;
   if (part.empty()) return rows;  // there may be no bands
@@ -255,7 +245,11 @@ Rectangle SubjectLayer::painted(int band, const Rectangle& part) const {
       rows =
           bounding(rows, {columns.first, band * band_rows, columns.end - columns.first, band_rows});
   }
-  return intersection(bounding(rows, images_.painted(band)), part);
+  rows = intersection(bounding(rows, images_.painted(band)), part);
+  const int right = (rows.x + rows.width + packed_samples - 1) & -packed_samples;
+  rows.x &= -packed_samples;
+  if (!rows.empty()) rows.width = right - rows.x;
+  return rows;
 }
 
 Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band,
@@ -269,11 +263,6 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
   into.assign(pixels, glm::vec4(0.0f));
   scratch.inverse.resize(static_cast<std::size_t>(samples) * pixels);
   scratch.ids.assign(static_cast<std::size_t>(samples) * pixels, no_triangle);
-  if (drawn)
-    hide(rows, scene, frame, scratch);
-  else
-    std::fill(scratch.inverse.begin(), scratch.inverse.end(), 0.0f);
-  if (depth != nullptr) hide(rows, scene.view(), *depth, scratch);
   const SampleRows sample_rows{rows.x,
                                rows.x + rows.width,
                                rows.y,
@@ -281,7 +270,19 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
                                samples,
                                sample_places(samples),
                                scratch.inverse.data(),
-                               scratch.ids.data()};
+                               scratch.ids.data(),
+                               true};
+  const Rectangle own = intersection(rows, part);
+  for (int y = own.y; y < own.y + own.height; ++y) {
+    // Nothing is drawn beside the part.
+    float* const row = sample_rows.inverse + place_in(sample_rows, rows.x, y);
+    const int before = samples * (own.x - rows.x), inside = samples * own.width;
+    std::fill_n(row, before, infinite);
+    if (!drawn) std::fill_n(row + before, inside, 0.0f);
+    std::fill(row + before + inside, row + samples * rows.width, infinite);
+  }
+  if (drawn) hide(own, scene, frame, sample_rows);
+  if (depth != nullptr) hide(own, scene.view(), *depth, sample_rows);
   hulls_.triangles.draw(band, sample_rows);
   scratch.items.resize(subjects.size());
   for (SkinItems& items : scratch.items) {
@@ -289,12 +290,12 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
     items.nearest_where_unseen = false;
   }
   images_.draw(subjects, sample_rows, scratch.images);
-  find_items(subjects, rows, samples, hulls_, scratch.ids, scratch);
+  find_items(subjects, sample_rows, hulls_, scratch.ids.data(), scratch);
   images_.find_items(subjects, sample_rows, scratch.images, scratch.items);
   for (SkinItems& items : scratch.items) items.first_of_ribbon = items.size();
   if (ribbons_.triangles.pieces() > 0) {
     draw_ribbons(band, sample_rows, scratch);
-    find_items(subjects, rows, samples, ribbons_, scratch.ribbon_ids, scratch);
+    find_items(subjects, sample_rows, ribbons_, scratch.ribbon_ids.data(), scratch);
   }
   for (std::size_t s = 0; s < subjects.size(); ++s)
     subjects[s].skin.paint(scratch.items[s], scratch.skin, into.data());

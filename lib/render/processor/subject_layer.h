@@ -21,8 +21,9 @@ class SubjectLayer {
   /// A thread's working memory.
   struct Scratch {
     std::vector<float> inverse;
-    std::vector<std::uint32_t> ids, ribbon_ids, together, covered;
+    std::vector<std::uint32_t> ids, ribbon_ids;
     ImageLayer::Scratch images;
+    std::vector<std::vector<SkinSpot>> spots;  // by subject
     std::vector<SkinItems> items;
     SkinScratch skin;
   };
@@ -41,31 +42,32 @@ class SubjectLayer {
 
  private:
   Rectangle painted(int band, const Rectangle& part) const;
-  void hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
-            Scratch& scratch) const;
-  void hide(const Rectangle& rows, const LayerView& view, const DepthPicture& depth,
-            Scratch& scratch) const;
-  /// Triangles, and by their ids what they are of.
+  static void hide(const Rectangle& part, const SceneLayer& scene, const SceneLayer* frame,
+                   const SampleRows& rows);
+  static void hide(const Rectangle& part, const LayerView& view, const DepthPicture& depth,
+                   const SampleRows& rows);
+  /// Triangles, and by their ids and numbers what they are of.
   struct Drawn {
     struct Origin {
       std::uint32_t subject, first;  // its first vertex
       bool wide;
     };
     ScreenTriangles triangles;
-    std::vector<Origin> origins;
+    std::vector<Origin> origins;             // by id
+    std::vector<const SkinCorner*> corners;  // by number: three
+    bool wide = false;                       // any is
+    void clear(int width, int height);
     void add(const std::vector<ReadySubject>& subjects, std::size_t subject, const SubjectEye& eye,
              std::size_t first, std::size_t last, Facing facing);
-    /// Whether the triangles of two ids are of one surface.
+    const Origin& origin(std::uint32_t number) const { return origins[triangles.piece(number).id]; }
+    /// Whether two triangles, by their numbers, are of one surface.
     bool joined(const std::vector<ReadySubject>& subjects, std::uint32_t a, std::uint32_t b) const;
-    /// Adds what piece \p number shows at (\p x, \p y) of the screen.
-    void add_item(const std::vector<ReadySubject>& subjects, std::uint32_t number, double x,
-                  double y, float share, std::uint32_t pixel, std::vector<SkinItems>& items) const;
+    /// Adds the spots' points to their subject's.
+    void add_items(const ReadySubject& subject, const std::vector<SkinSpot>& spots,
+                   SkinItems& items) const;
   };
-  void find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows, int samples,
-                  const Drawn& drawn, const std::vector<std::uint32_t>& ids,
-                  Scratch& scratch) const;
-  static std::size_t find_covered(const std::uint32_t* ids, std::size_t pixels, int samples,
-                                  Scratch& scratch);
+  void find_items(const std::vector<ReadySubject>& subjects, const SampleRows& rows,
+                  const Drawn& drawn, const std::uint32_t* ids, Scratch& scratch) const;
   void draw_ribbons(int band, const SampleRows& rows, Scratch& scratch) const;
 
   Drawn hulls_, ribbons_;

@@ -7,15 +7,21 @@
 
 #include <cstdint>
 
+#include "raster/raster_loops.h"
+
 namespace polyhull::processor {
+
+/// Of a depth map, each 0..1.
+struct SkinTexel {
+  float depth, fade;
+};
 
 /// What a camera's view of a subject is sampled with.
 struct SkinView {
   float pixel_from_local[3][4];  ///< to (u z, v z, z), pinhole pixels
-  // The depth map; no map: null. Rows of map_stride floats, with a column and a row of zeros at the
-  // right and at the bottom.
-  const float* map_depth = nullptr;  ///< 0..1
-  const float* map_fade = nullptr;
+  // The depth map; no map: null. Rows of map_stride texels, with a column of zeros at the right, two
+  // rows at the bottom and a texel after them.
+  const SkinTexel* map = nullptr;
   float map_x = 0.0f, map_y = 0.0f, map_scale = 1.0f;  ///< texel = (pixel - map_x) * map_scale
   float map_near = 0.0f, map_range = 1.0f;
   int map_width = 0, map_height = 0, map_stride = 0;
@@ -29,6 +35,22 @@ struct SkinView {
   bool distorted = false;
   float fx = 1.0f, fy = 1.0f, cx = 0.0f, cy = 0.0f, skew = 0.0f;
   float lens[12] = {};
+};
+
+/// A place of a triangle on the screen that is to be coloured.
+struct SkinSpot {
+  double x, y;
+  std::uint32_t triangle;  ///< ScreenTriangles::piece()
+  std::uint32_t pixel;
+  float share;
+};
+
+/// A triangle's corner, as HullVertex (hull_vertices.h).
+struct SkinCorner {
+  float position[3];
+  std::uint16_t weights[4];
+  std::uint8_t slots[4];
+  std::uint16_t fill[4];
 };
 
 /// Points of a subject, in arrays of \p count, a multiple of 8.
@@ -129,6 +151,10 @@ struct BlendPixels {
 
 struct Loops {
   const char* name;
+  /// Makes a record of 16 numbers (SkinItem) of each spot: what the three \p corners of its triangle
+  /// have, in the shares in which they make it up, and its depth times \p scale.
+  void (*place)(const SkinSpot* spots, int count, const ScreenTriangle* triangles,
+                const SkinCorner* const* corners, float scale, float* records);
   /// Brings four numbers of each record, of 16 each, into the arrays \p to: those of record which[i] to
   /// place i. \p count is a multiple of 4.
   void (*spread)(const float* records, const std::uint32_t* which, int count,
