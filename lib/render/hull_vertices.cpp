@@ -75,11 +75,12 @@ class TriangleWriter {
     drawing_.vertices.insert(drawing_.vertices.end(), vertex, vertex + 3);
     drawing_.corner.insert(drawing_.corner.end(), corners, corners + 3);
   }
-  /// A triangle of which each of \p views may be the best; the heaviest first.
+  /// A triangle of which each of \p views may be the best.
   void add(const std::uint32_t* corners, HullVertex (&vertex)[3], const ViewWeights& weights,
-           const std::vector<std::pair<float, std::size_t>>& views) {
+           std::vector<std::pair<float, std::size_t>>& views) {
     if (views.size() > narrow && drawing_.lists.size() + views.size() < most_entries)
       return add_wide(corners, vertex, weights, views);
+    if (views.size() > narrow) keep_heaviest(views);
     for (std::size_t i = 0; i < narrow && !views.empty(); ++i) {
       const std::size_t view = views[i < views.size() ? i : 0].second;
       const auto at = static_cast<std::uint8_t>(slot_of(drawing_, view));
@@ -103,6 +104,15 @@ class TriangleWriter {
   /// Of all lists: OpenGL has them in a texture of 1024 columns, and 2048 rows everywhere. Beyond it
   /// triangles keep the views that weigh most.
   static constexpr std::size_t most_entries = 1024 * 2048;
+
+  static void keep_heaviest(std::vector<std::pair<float, std::size_t>>& views) {
+    std::sort(views.begin(), views.end(), [](const auto& x, const auto& y) {
+      return x.first > y.first || (x.first == y.first && x.second < y.second);
+    });
+    views.resize(narrow);
+    std::sort(views.begin(), views.end(),
+              [](const auto& x, const auto& y) { return x.second < y.second; });
+  }
 
   void add_wide(const std::uint32_t* corners, HullVertex (&vertex)[3], const ViewWeights& weights,
                 const std::vector<std::pair<float, std::size_t>>& views) {
@@ -128,25 +138,23 @@ class TriangleWriter {
 
 /// The views of a triangle that weigh anything on it and that it faces, or, where there is none, of
 /// those that it does not: a sliver that leans away from every camera takes the colours of the
-/// surface around it, whose weights its vertices share. The heaviest first.
-void rank_views(const std::uint32_t* corner, const Vec3f& a, const Vec3f& cross,
+/// surface around it, whose weights its vertices share. In their order, so that triangles with the same
+/// views name them alike.
+void find_views(const std::uint32_t* corner, const Vec3f& a, const Vec3f& cross,
                 const std::vector<Vec3f>& centres, const ViewWeights& weights,
-                std::vector<std::pair<float, std::size_t>>& ranked) {
+                std::vector<std::pair<float, std::size_t>>& found) {
   constexpr float least = 0.5f / 65535.0f;  // less is no weight in a HullVertex
-  ranked.clear();
+  found.clear();
   bool any_faces = false;
   for (std::size_t k = 0; k < centres.size(); ++k) {
     const float top =
         std::max(std::max(weights(corner[0], k), weights(corner[1], k)), weights(corner[2], k));
     if (!(top >= least)) continue;
     const bool faces = glm::dot(cross, centres[k] - a) > 0.0f;
-    if (faces && !any_faces) ranked.clear();
+    if (faces && !any_faces) found.clear();
     any_faces = any_faces || faces;
-    if (faces == any_faces) ranked.emplace_back(top, k);
+    if (faces == any_faces) found.emplace_back(top, k);
   }
-  std::sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) {
-    return x.first > y.first || (x.first == y.first && x.second < y.second);
-  });
 }
 
 /// Whether the mesh has no texturing, or views of which none has a picture, as masks.
@@ -185,7 +193,7 @@ std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing&
     centres.emplace_back(view.calibration.centre() - hull.origin);
 
   drawing.vertices.reserve(drawing.vertices.size() + hull.triangles.size() / 2 + 64);
-  std::vector<std::pair<float, std::size_t>> ranked;
+  std::vector<std::pair<float, std::size_t>> found;
   TriangleWriter writer(drawing);
   for (std::size_t f = 0; f + 2 < hull.triangles.size(); f += 3) {
     const std::uint32_t* corner = &hull.triangles[f];
@@ -206,8 +214,8 @@ std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing&
               from - vertex[i].position);
     }
     if (textured && !direct) {
-      rank_views(corner, a, cross, centres, weights, ranked);
-      writer.add(corner, vertex, weights, ranked);
+      find_views(corner, a, cross, centres, weights, found);
+      writer.add(corner, vertex, weights, found);
       continue;
     }
     const int best = direct ? mesh.texturing->best[f / 3] : -1;

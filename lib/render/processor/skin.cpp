@@ -224,7 +224,9 @@ void Skin::find_groups(const SkinItems& items, SkinScratch& s) const {
   const auto count = static_cast<std::uint32_t>(items.size());
   for (std::uint32_t i = 0; i < count;) {
     const std::uint32_t slots = items[i].slots, parts = items[i].parts, first = i;
-    std::uint32_t& group = latest[slots * 0x9e3779b1u >> (32 - bits)];
+    std::uint32_t hash = 0;
+    for (std::uint32_t k = 0; k < parts; ++k) hash = (hash ^ items[i + k].slots) * 0x9e3779b1u;
+    std::uint32_t& group = latest[hash >> (32 - bits)];
     if (group == none || !alike(s.groups[group].first, i)) {
       group = static_cast<std::uint32_t>(s.groups.size());
       s.groups.push_back({i, 0, 0, 0});
