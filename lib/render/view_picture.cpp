@@ -38,12 +38,17 @@ bool mean_of_neighbours(const std::vector<std::uint32_t>& pixels, std::size_t p,
     sum += __builtin_convertvector(bytes, Shorts);
   }
   // All channels, and how many there are.
-  const auto of = [&](int c) -> std::uint32_t {
-    return sum[c] + sum[4 + c] + sum[8 + c] + sum[12 + c];
-  };
-  const std::uint32_t red = of(0), green = of(1), blue = of(2), count = of(3);
+  const Shorts across =
+      __builtin_shufflevector(sum, sum, 8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7) + sum;
+  const std::uint32_t red = across[0] + across[4], green = across[1] + across[5],
+                      blue = across[2] + across[6], count = across[3] + across[7];
   if (count == 0) return false;
-  const std::uint32_t half = count / 2, inverse = 65536 / count + 1;  // exact for so small sums
+  static constexpr std::array<std::uint32_t, 9> inverses = [] {  // exact for so small sums
+    std::array<std::uint32_t, 9> of{};
+    for (std::uint32_t n = 1; n < of.size(); ++n) of[n] = 65536 / n + 1;
+    return of;
+  }();
+  const std::uint32_t half = count / 2, inverse = inverses[count];
   mean = 0xff000000u | ((blue + half) * inverse >> 16) << 16 |
          ((green + half) * inverse >> 16) << 8 | (red + half) * inverse >> 16;
   return true;
@@ -145,6 +150,37 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
   clear_border(view, pixels);
 }
 
+namespace {
+
+/// The mean of four pixels in linear light, weighted by how much they show the subject.
+std::uint32_t mean_of_four(const std::uint32_t (&four)[4], const float* decode,
+                           const std::uint8_t* encode) {
+  if (alpha(four[0] | four[1] | four[2] | four[3]) == 0) return four[0];  // nothing of the subject
+  if (alpha(four[0] & four[1] & four[2] & four[3]) == 255) {  // the same, as all weigh alike
+    const auto mean = [&](int bits) {
+      const auto of = [&](std::uint32_t p) { return decode[p >> bits & 255]; };
+      const float sum = of(four[0]) + of(four[1]) + of(four[2]) + of(four[3]);
+      return static_cast<std::uint32_t>(linear_to_srgb(0.25f * sum, encode)) << bits;
+    };
+    return mean(0) | mean(8) | mean(16) | 0xff000000u;
+  }
+  float red = 0.0f, green = 0.0f, blue = 0.0f, count = 0.0f;
+  std::uint32_t matte = 2;
+  for (const std::uint32_t p : four) {
+    const auto share = static_cast<float>(1 + alpha(p));  // colours may go on beyond the matte
+    red += share * decode[p & 255];
+    green += share * decode[p >> 8 & 255];
+    blue += share * decode[p >> 16 & 255];
+    count += share;
+    matte += alpha(p);
+  }
+  return static_cast<std::uint32_t>(linear_to_srgb(red / count, encode)) |
+         static_cast<std::uint32_t>(linear_to_srgb(green / count, encode)) << 8 |
+         static_cast<std::uint32_t>(linear_to_srgb(blue / count, encode)) << 16 | matte / 4 << 24;
+}
+
+}  // namespace
+
 SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int height) {
   SmallerPicture out;
   out.width = (width + 1) / 2 + 1;
@@ -155,30 +191,14 @@ SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int heig
   std::uint32_t* to = out.pixels.data();
   for (int y = 0; y < out.height; ++y) {
     const int top = std::min(2 * y, height - 1), bottom = std::min(2 * y + 1, height - 1);
-    const std::uint32_t* rows[2] = {pixels.data() + static_cast<std::ptrdiff_t>(top) * width,
-                                    pixels.data() + static_cast<std::ptrdiff_t>(bottom) * width};
-    for (int x = 0; x < out.width; ++x) {
-      const int left = std::min(2 * x, width - 1), right = std::min(2 * x + 1, width - 1);
-      const std::uint32_t four[4] = {rows[0][left], rows[0][right], rows[1][left], rows[1][right]};
-      if (alpha(four[0] | four[1] | four[2] | four[3]) == 0) {  // nothing of the subject
-        *to++ = four[0];
-        continue;
-      }
-      float red = 0.0f, green = 0.0f, blue = 0.0f, count = 0.0f;
-      std::uint32_t matte = 2;
-      for (const std::uint32_t p : four) {
-        const auto share = static_cast<float>(1 + alpha(p));  // colours may go on beyond the matte
-        red += share * decode[p & 255];
-        green += share * decode[p >> 8 & 255];
-        blue += share * decode[p >> 16 & 255];
-        count += share;
-        matte += alpha(p);
-      }
-      *to++ = static_cast<std::uint32_t>(linear_to_srgb(red / count, encode)) |
-              static_cast<std::uint32_t>(linear_to_srgb(green / count, encode)) << 8 |
-              static_cast<std::uint32_t>(linear_to_srgb(blue / count, encode)) << 16 |
-              matte / 4 << 24;
-    }
+    const std::uint32_t* above = pixels.data() + static_cast<std::ptrdiff_t>(top) * width;
+    const std::uint32_t* below = pixels.data() + static_cast<std::ptrdiff_t>(bottom) * width;
+    for (int x = 0; x < width / 2; ++x, above += 2, below += 2)
+      *to++ = mean_of_four({above[0], above[1], below[0], below[1]}, decode, encode);
+    // Beyond, the last column goes on.
+    const int last = width % 2 - 1;
+    for (int x = width / 2; x < out.width; ++x)
+      *to++ = mean_of_four({above[last], above[last], below[last], below[last]}, decode, encode);
   }
   return out;
 }
