@@ -299,7 +299,14 @@ GST_START_TEST(test_timecodes_jump) {
       gst_pad_push_event(bench.depths.pad, gst_event_new_eos());
     });
     gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
-    for (int i = 0; i < count; ++i) bench.send(40 * ms * i, jumping_timecode(i));
+    for (int i = 0; i < count; ++i) {
+      if (i >= 146 && i < 150) {  // lost just before a jump back, with as much depth as may wait
+        for (int tries = 0; tries < 5000 && statistic(bench.element, "depth-frames") < 149; ++tries)
+          g_usleep(1000);
+        continue;
+      }
+      bench.send(40 * ms * i, jumping_timecode(i));
+    }
     depth.join();
     fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 1);
     bench.close();
