@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "silhouette/blur/blur_state.h"
-#include "silhouette/blur/kept_matte.h"
 #include "silhouette/contour/contourer_state.h"
 #include "silhouette/pixels/chroma.h"
 
@@ -37,7 +36,8 @@ struct Silhouetter::State {
   Contourer::State contours;
   Matte keyed;  // only where the matte needs its neighbours or the blur whole planes
   Field field;
-  silhouette::KeptMatte kept;  // with keep_matte
+  bool streamed = false;  // the last frame: its matte is the keyer's
+  Matte row;
   SilhouetteStats stats;
 
   // Reuse: rows of the last frame are compared first; only when they were equal once is a frame
@@ -130,12 +130,10 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
   keyer.prepare(frame);
   blur.begin(frame.width, frame.height, Tracer::State::rows_kept(trace));
   contours.tracer.begin(frame.width, frame.height, trace);
-  if (settings.keep_matte) kept.begin(frame.width, frame.height);
   Blur::State::Row row;
   silhouette::RowAhead ahead;
   for (int y = 0; y < frame.height; ++y) {
     keyer.key_row(frame, y, blur.next_alpha(), blur.next_states(), settings.keep_matte);
-    if (settings.keep_matte) kept.add_row(blur.next_alpha(), blur.next_states());
     ask_for(frame, keyer.active(), y + 1, ahead);
     ahead.some();
     blur.push();
@@ -151,9 +149,6 @@ void Silhouetter::State::planes(const FrameView& frame, const TraceSettings& tra
   keyer.key(frame, keyed);
   blur.apply(keyed, field);
   contours.tracer.push_all(field, trace);
-  if (!settings.keep_matte) return;
-  kept.begin(frame.width, frame.height);
-  for (int y = 0; y < frame.height; ++y) kept.add_row(keyed.row(y), keyed.state_row(y));
 }
 
 const Rings& Silhouetter::process(const FrameView& frame) {
@@ -171,10 +166,11 @@ const Rings& Silhouetter::process(const FrameView& frame) {
       {s.settings.method, corrected_sigma(s.settings.blur, s.settings.correct_curvature)},
       s.settings.approximate,
       s.settings.steadiness};
-  if (s.keyer.needs_plane() || !s.blur.streams())
-    s.planes(frame, settings.trace);
-  else
+  s.streamed = !s.keyer.needs_plane() && s.blur.streams();
+  if (s.streamed)
     s.stream(frame, settings.trace);
+  else
+    s.planes(frame, settings.trace);
   const Rings& rings = s.contours.finish(settings);
   s.stats.last = s.contours.approximator.counts();
   if (s.contours.stayed) ++s.stats.steady;
@@ -188,10 +184,16 @@ const Rings& Silhouetter::process(const FrameView& frame) {
 
 void Silhouetter::write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,
                              std::ptrdiff_t stride) const {
+  State& s = *state_;
+  if (!s.streamed)
+    return s.keyer.write_rgba(frame, s.keyed, region, KeyView::composite, rgba, stride);
+  s.row.resize(frame.width, 1);
+  s.row.stride = 0;  // every row is this one
   for (int j = 0; j < region.height; ++j) {
     const int y = region.y + j;
-    state_->keyer.write_rgba(frame, state_->kept.row(y), {region.x, y, region.width, 1},
-                             KeyView::composite, rgba + stride * j, stride);
+    s.keyer.keyed_row(y, region.x, region.x + region.width, s.row.row(0));
+    s.keyer.write_rgba(frame, s.row, {region.x, y, region.width, 1}, KeyView::composite,
+                       rgba + stride * j, stride);
   }
 }
 

@@ -79,10 +79,12 @@ void blur_frame(GstElement* element, const BlurSettings& values, GstVideoFrame* 
     load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, *read);
     matte = read;
   }
+  // Of a second blur: what the first one began with.
+  const auto keyed = content != nullptr && content->keyed != nullptr ? content->keyed : matte;
   const std::shared_ptr<Field> field = self.fields.take();
   self.blur.apply(*matte, *field);
   write_back(*field, *matte, values.threshold, alpha.first, alpha.stride, alpha.step);
-  set_matte(frame->buffer, {nullptr, field, corrected_sigma(values, true), matte});
+  set_matte(frame->buffer, {nullptr, field, corrected_sigma(values, true), keyed});
   GST_LOG_OBJECT(element, "blurred by sigma %g, of %s matte: %" GST_PTR_FORMAT, values.sigma,
                  attached ? "the attached" : "its own", printed(frame->buffer));
 }

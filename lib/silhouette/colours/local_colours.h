@@ -30,8 +30,7 @@ class LocalColours {
     Vec3f screen{0.0f};   ///< where any screen was seen anywhere: see has_screen()
     Vec3f subject{0.0f};  ///< with has_subject
     bool has_subject = false;
-    bool plain =
-        false;  ///< nothing but screen in this frame's samples, alpha up to 0.15, nor beside it
+    bool plain = false;           ///< this frame's samples show screen alone, here and beside
     bool seen = false;            ///< the screen was seen in this tile
     bool varies = false;          ///< and its light varies within the tile, which is not fitted
     float spread = 0.0f;          ///< of its signal, beyond noise, in the numbers of add_row()

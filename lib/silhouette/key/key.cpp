@@ -137,7 +137,20 @@ void Keyer::prepare(const FrameView& frame) {
   s.follow_colours(frame);
   if (s.learning > 0) s.learn(frame);
   if (s.despills()) s.edges.begin(s.width, s.height);
-  if (s.straightens()) s.keyed.resize(s.width, s.height);
+  s.keyed.resize(s.width, s.height);
+}
+
+void Keyer::keyed_row(int y, int x0, int x1, std::uint8_t* alpha) const {
+  const Matte& keyed = state_->keyed;
+  const BlockState* const states = keyed.state_row(y);
+  for (int x = x0; x < x1;) {
+    const int block = x / matte_block, end = std::min((block + 1) * matte_block, x1);
+    if (states[block] == block_mixed)
+      std::copy(keyed.row(y) + x, keyed.row(y) + end, alpha + x);
+    else
+      std::fill(alpha + x, alpha + end, states[block] == block_full ? 255 : 0);
+    x = end;
+  }
 }
 
 void Keyer::State::lay_out(const FrameView& frame) {

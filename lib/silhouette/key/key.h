@@ -157,6 +157,9 @@ class Keyer {
   void key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states,
                bool for_colours = true);
 
+  /// Columns [x0, x1) of what key_row() gave for row \p y of this frame, with for_colours.
+  void keyed_row(int y, int x0, int x1, std::uint8_t* alpha) const;
+
   /// prepare() and all rows, then close and choke. Throws Error as prepare().
   void key(const FrameView& frame, Matte& matte);
 

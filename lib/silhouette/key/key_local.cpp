@@ -17,9 +17,10 @@ constexpr double most_nearly_solid = 0.15;  // of the subject; pictures with les
 constexpr double most_shift =
     0.1;  // of the range from screen to subject: more makes outlines too large
 
-// By how much less than the subject's mean colour counts as solid, in alpha. \p usual: what a tenth of it
-// lacks. Outlines grow with it, so it is little until a few of its \p parts, whose order changes, lack so
-// much that they would be seen through; sooner before a \p strong colour, 0..1, to which nothing is alike.
+// By how much less than the subject's mean colour counts as solid, in alpha. \p usual: what a tenth
+// of it lacks. Outlines grow with it, so it is little until a few of its \p parts, whose order
+// changes, lack so much that they would be seen through; sooner before a \p strong colour, 0..1, to
+// which nothing is alike.
 double solid_end(double usual, double strong, std::vector<double>& parts) {
   const double beyond = std::clamp(usual - most_spread, 0.0, most_shift);
   constexpr double few = 1.0;
@@ -132,6 +133,18 @@ void Keyer::State::sample_colours(const FrameView& frame) {
   mixing.finish_frame();
 }
 
+// Where edges mix light: the bend of the whole picture's colours, for tiles without their own.
+void Keyer::State::bend_whole() {
+  whole.bend = {};
+  const double range = screen_level - foreground_level;
+  if (!mixing.in_light() || !subject_seen || range <= 0.0) return;
+  const Vec3f screen = silhouette::vector_of(samples.screen);
+  const Vec3f subject = silhouette::vector_of(samples.foreground);
+  whole.bend = bend_for([&](float alpha) {
+    return (screen_level - signal.of(silhouette::mixed_in_light(screen, subject, alpha))) / range;
+  });
+}
+
 Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame, int column, int row) const {
   const silhouette::LocalColours::Tile& tile = colours.tile(column, row);
   if (!tile.has_subject || tile.plain) {
@@ -169,6 +182,7 @@ void Keyer::State::follow_colours(const FrameView& frame) {
   first_spans.clear();
   if (method != KeyMethod::soft || local || !samples.valid || active.empty()) return;
   sample_colours(frame);
+  bend_whole();
   for (int row = 0; row < colours.down(); ++row) {
     first_spans.push_back(spans.size());
     for (int column = 0; column < colours.across(); ++column) {

@@ -230,7 +230,6 @@ void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockSta
   s.limited_row(frame, y, alpha, states);
   if (!for_colours) return;
   if (s.despills()) s.edges.add_row(y, alpha, states);
-  if (!s.straightens()) return;
   const int blocks = blocks_across(frame.width);
   std::copy_n(states, blocks, s.keyed.state_row(y));
   static thread_local std::vector<std::uint16_t> list;

@@ -135,7 +135,7 @@ struct Keyer::State {
   std::vector<std::uint8_t> learned_plate;  // R, G, B, tolerance per pixel
 
   Matte scratch;                // morphology
-  Matte keyed;                  // mixed blocks and states of the last frame, where straightens()
+  Matte keyed;                  // mixed blocks and states of the last frame
   silhouette::ClosedGaps gaps;  // of the last frame that key() did
   silhouette::EdgeMap edges;    // of the last frame, where despills()
 
@@ -154,6 +154,7 @@ struct Keyer::State {
   void follow_colours(const FrameView& frame);
   void sample_colours(const FrameView& frame);
   void sample_rows(const FrameView& frame);
+  void bend_whole();
   void learn_from_colours(const FrameView& frame, bool first_screen);
   RowKey key_of(const FrameView& frame, int column, int row) const;  // of a tile
   // Without a ramp.

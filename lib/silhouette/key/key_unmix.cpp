@@ -14,8 +14,8 @@ namespace {
 
 using silhouette::Mixture;
 
-// Rows above and below the matte that get the subject's colour, for mattes that are blurred later: fewer
-// than Keyer::rows_below().
+// Pixels beside the matte that get the subject's colour, for mattes that are blurred later: fewer
+// rows than Keyer::rows_below().
 constexpr int fill_reach = 4;
 constexpr double subject_variation =
     40.0;  // levels by which a subject's colours differ from those around
@@ -88,21 +88,24 @@ float Keyer::State::doubt() const {
 
 void Keyer::State::find_mixed(int y, std::vector<std::uint8_t>& counts) const {
   const auto blocks = static_cast<std::size_t>(blocks_across(width));
-  const auto states = [&](int row) { return keyed.state_row(std::clamp(row, 0, height - 1)); };
-  const BlockState* const own = states(y);
+  const BlockState* const own = keyed.state_row(y);
   counts.resize(blocks);
   std::uint8_t* const __restrict to = counts.data();
   for (std::size_t b = 0; b < blocks; ++b) to[b] = own[b] == block_mixed;
   if (local) return;
-  const BlockState *const above = states(y - fill_reach), *const below = states(y + fill_reach);
+  // What closes and grows the matte needs all rows, and so they are known.
+  const int reach =
+      fill_reach + static_cast<int>(std::ceil(settings.close + std::max(-settings.choke, 0.0)));
+  const std::size_t beside = static_cast<std::size_t>((reach - 1) / matte_block) + 1;  // blocks
   static thread_local std::vector<std::uint8_t> memory;
-  memory.assign(blocks + 2, 0);
-  std::uint8_t* const __restrict shown =
-      memory.data();  // of the block before, 0 beside the picture
-  for (std::size_t b = 0; b < blocks; ++b)
-    shown[b + 1] = (own[b] != block_empty) | (above[b] != block_empty) | (below[b] != block_empty);
-  for (std::size_t b = 0; b < blocks; ++b)
-    to[b] |= (own[b] == block_empty) & (shown[b] | shown[b + 1] | shown[b + 2]);
+  memory.assign(blocks + 2 * beside, 0);
+  std::uint8_t* const __restrict shown = memory.data() + beside;  // 0 beside the picture
+  for (int row = std::max(y - reach, 0); row <= std::min(y + reach, height - 1); ++row) {
+    const BlockState* const other = keyed.state_row(row);
+    for (std::size_t b = 0; b < blocks; ++b) shown[b] |= other[b] != block_empty;
+  }
+  for (std::size_t k = 0; k <= 2 * beside; ++k)
+    for (std::size_t b = 0; b < blocks; ++b) to[b] |= (own[b] == block_empty) & memory[b + k];
 }
 
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {
@@ -142,6 +145,8 @@ void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const 
   for (int block = x0 / matte_block; block * matte_block < x1; ++block) {
     if (states[block] == block_full) continue;
     const bool empty = states[block] == block_empty;
+    const int tile = block * matte_block / colours.size();
+    if (empty && row.has_subject[tile] == 0) continue;
     const int begin = std::max(block * matte_block, x0),
               end = std::min((block + 1) * matte_block, x1);
     // Linear within the block.

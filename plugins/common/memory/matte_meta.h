@@ -7,7 +7,7 @@
 /// back from a file or a wire. Beside it this meta carries what the alpha was made of: the plane
 /// with its block states, so that the next element need not gather it from every fourth byte of the
 /// frame, and after the blur the field with 7 more bits than the alpha has, so that the contours
-/// lose nothing to rounding. Elements that make new frames drop the meta (it is tagged as depending
+/// lose nothing to rounding, beside the plane that was blurred, which becomes the view's alpha. Elements that make new frames drop the meta (it is tagged as depending
 /// on memory, size and colour), and then the alpha is read instead. Those that draw into a frame in
 /// place keep it: the frame's memory, which chromamatte takes from an allocator that notes it, shows
 /// whether somebody may have written since; where it may be so, the alpha is compared.

@@ -305,6 +305,41 @@ TEST(KeyEdges, StrongColoursBesideOthersLeaveThemSolid) {
     }
 }
 
+// Mattes that are grown, or blurred afterwards, find the subject's colour beside it, not the screen's; so
+// do those of a wire of two rows.
+TEST(KeyEdges, TheSubjectsColourGoesOnBesideIt) {
+  const Colour pale{200, 190, 180};
+  const auto inside = [](int x, int y) {
+    return (std::abs(x - 40) < 24 && std::abs(y - 64) < 30) ||
+           (x > 60 && x < 110 && (y == 50 || y == 51));
+  };
+  const test::Frame frame = test::make_frame(
+      FrameFormat::rgbx, size, size, [&](int x, int y) { return inside(x, y) ? pale : screen; });
+  for (const double choke : {0.0, -8.0}) {
+    KeySettings settings;
+    settings.choke = choke;
+    Keyer keyer;
+    keyer.set(settings);
+    Matte matte;
+    keyer.key(frame.view, matte);
+    std::vector<std::uint8_t> rgba(static_cast<std::size_t>(4 * size * size));
+    keyer.write_rgba(frame.view, matte, {0, 0, size, size}, KeyView::composite, rgba.data(),
+                     4 * size);
+    int grown = 0;
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < 80; ++x) {
+        bool near = false;
+        for (int dy = -4; dy <= 4; ++dy) near |= inside(x, y + dy);
+        if (inside(x, y) || (matte.row(y)[x] < 250 && !near)) continue;
+        ++grown;
+        for (std::size_t c = 0; c < 3; ++c)
+          EXPECT_NEAR(rgba[4 * static_cast<std::size_t>(y * size + x) + c], pale[c], 40)
+              << x << "," << y << " choke " << choke;
+      }
+    EXPECT_GT(grown, choke < 0.0 ? 1000 : 400);
+  }
+}
+
 TEST(KeyEdges, BlackMayBeGivenAsForeground) {
   KeySettings settings;
   settings.foreground = Rgb{0, 0, 0};

@@ -197,7 +197,7 @@ struct Loops {
                  std::uint32_t which);
   /// Puts the pixels together into \p out, RGBA bytes; returns how many are not the background's any
   /// more. \p power of the lamp: by how much a
-  /// background of albedo 1 falls for taken = 1; \p decode as for fetch().
+  /// background of albedo 1 falls for taken = 1; \p decode as for add().
   int (*blend)(const BlendPixels& pixels, const float (&power)[3], const float* decode,
                const SrgbLines& encode, std::uint32_t* out);
 };
