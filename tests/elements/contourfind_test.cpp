@@ -94,6 +94,30 @@ GST_START_TEST(a_disk_becomes_a_view) {
 }
 GST_END_TEST
 
+// A picture's edges are as soft as they were keyed, whatever is blurred before contours are traced.
+GST_START_TEST(views_keep_the_alpha_before_the_blur) {
+  for (const char* format : {"RGBA", "GRAY8"})
+    for (const char* blurs : {"gaussblur sigma=2", "gaussblur sigma=2 ! gaussblur sigma=1",
+                              "gaussblur sigma=2 threshold=100"}) {
+      GstHarness* h = harness_for(std::string(blurs) + " ! contourfind", format);
+      GstBuffer* in = frame(subject, 0, format);
+      std::vector<std::uint8_t> pixels(gst_buffer_get_size(in));
+      gst_buffer_extract(in, 0, pixels.data(), pixels.size());
+      const ReadView read = viewed(h, in);
+      const View& view = read.view;
+      const int step = view.format == PixelFormat::rgba ? 4 : 1;
+      fail_if(view.roi.empty());
+      for (int y = 0; y < view.roi.height; ++y)
+        for (int x = 0; x < view.roi.width; ++x) {
+          const int got = view.pixels[y * view.stride + step * x + step - 1];
+          const int want = pixels[step * ((view.roi.y + y) * width + view.roi.x + x) + step - 1];
+          fail_unless(got == want, "%s, %s: %d for %d at %d,%d", format, blurs, got, want, x, y);
+        }
+      gst_harness_teardown(h);
+    }
+}
+GST_END_TEST
+
 GST_START_TEST(holes_run_the_other_way) {
   GstHarness* h = harness_for("contourfind tolerance=0.5", "GRAY8");
   GstBuffer* in = gst_buffer_new_allocate(nullptr, width * height, nullptr);
@@ -473,6 +497,7 @@ static Suite* contourfind_suite() {
   tcase_add_test(tests, says_what_it_is);
   tcase_add_test(tests, goes_up_and_down);
   tcase_add_test(tests, a_disk_becomes_a_view);
+  tcase_add_test(tests, views_keep_the_alpha_before_the_blur);
   tcase_add_test(tests, holes_run_the_other_way);
   tcase_add_test(tests, no_foreground_makes_an_empty_view);
   tcase_add_test(tests, all_foreground_is_the_frame);
