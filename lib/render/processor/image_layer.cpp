@@ -85,6 +85,13 @@ Ranked rank(const std::vector<Vec3f>& centres, TextureMetric metric, const Vec3f
   return facing.count > 0 ? facing : all;
 }
 
+std::size_t place_of(const SampleRows& rows, int x, int y, int sample) {
+  const int width = rows.right - rows.left, height = rows.bottom - rows.top;
+  const int pixel = (y - rows.top) * width + x - rows.left;
+  return static_cast<std::size_t>(rows.packed ? pixel * rows.samples + sample
+                                              : sample * width * height + pixel);
+}
+
 }  // namespace
 
 std::vector<int> views_for(const Mesh& mesh, const std::vector<Vec3>& eyes) {
@@ -193,11 +200,9 @@ void ImageLayer::put(const Sight& sight, const SampleRows& rows, int left, int t
     if (hits.inverse[i] == 0.0f || x < rows.left || x >= rows.right || y < rows.top ||
         y >= rows.bottom)
       continue;
-    const auto pixel = static_cast<std::size_t>(
-        ((y - rows.top) * (rows.right - rows.left) + x - rows.left) * rows.samples);
     const int first = sample < 0 ? 0 : sample, last = sample < 0 ? rows.samples - 1 : sample;
     for (int s = first; s <= last; ++s) {
-      const std::size_t at = pixel + static_cast<std::size_t>(s);
+      const std::size_t at = place_of(rows, x, y, s);
       if (!(hits.inverse[i] > rows.inverse[at])) continue;
       rows.inverse[at] = hits.inverse[i];
       rows.id[at] = no_triangle;

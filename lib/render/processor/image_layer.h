@@ -59,8 +59,8 @@ class ImageLayer {
   /// What of band \p band subjects may touch.
   Rectangle painted(int band) const;
 
-  /// Draws what is nearer than what \p rows, packed ones, has: its inverse depth is written, and its id becomes no
-  /// triangle's.
+  /// Draws what is nearer than what \p rows has: its inverse depth is written, and its id becomes no
+  /// triangle's. find_items() takes packed rows.
   void draw(const std::vector<ReadySubject>& subjects, const SampleRows& rows,
             Scratch& scratch) const;
 
