@@ -85,7 +85,7 @@ Ranked rank(const std::vector<Vec3f>& centres, TextureMetric metric, const Vec3f
   return facing.count > 0 ? facing : all;
 }
 
-std::size_t place_of(const SampleRows& rows, int x, int y, int sample) {
+std::size_t sample_index(const SampleRows& rows, int x, int y, int sample) {
   const int width = rows.right - rows.left, height = rows.bottom - rows.top;
   const int pixel = (y - rows.top) * width + x - rows.left;
   return static_cast<std::size_t>(rows.packed ? pixel * rows.samples + sample
@@ -202,7 +202,7 @@ void ImageLayer::put(const Sight& sight, const SampleRows& rows, int left, int t
       continue;
     const int first = sample < 0 ? 0 : sample, last = sample < 0 ? rows.samples - 1 : sample;
     for (int s = first; s <= last; ++s) {
-      const std::size_t at = place_of(rows, x, y, s);
+      const std::size_t at = sample_index(rows, x, y, s);
       if (!(hits.inverse[i] > rows.inverse[at])) continue;
       rows.inverse[at] = hits.inverse[i];
       rows.id[at] = no_triangle;
