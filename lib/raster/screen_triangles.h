@@ -22,6 +22,14 @@ inline constexpr int band_rows = 16;
 /// places are those of Direct3D's and most graphics processors' patterns.
 const float (*sample_places(int samples))[2];
 
+/// Where a sample of pixel (\p x, \p y) lies in \p rows, packed or not.
+inline std::size_t sample_index(const SampleRows& rows, int x, int y, int sample) {
+  const int width = rows.right - rows.left, height = rows.bottom - rows.top;
+  const int pixel = (y - rows.top) * width + x - rows.left;
+  return static_cast<std::size_t>(rows.packed ? pixel * rows.samples + sample
+                                              : sample * width * height + pixel);
+}
+
 /// Which side of a triangle is drawn.
 enum class Facing {
   both,

@@ -85,13 +85,6 @@ Ranked rank(const std::vector<Vec3f>& centres, TextureMetric metric, const Vec3f
   return facing.count > 0 ? facing : all;
 }
 
-std::size_t sample_index(const SampleRows& rows, int x, int y, int sample) {
-  const int width = rows.right - rows.left, height = rows.bottom - rows.top;
-  const int pixel = (y - rows.top) * width + x - rows.left;
-  return static_cast<std::size_t>(rows.packed ? pixel * rows.samples + sample
-                                              : sample * width * height + pixel);
-}
-
 }  // namespace
 
 std::vector<int> views_for(const Mesh& mesh, const std::vector<Vec3>& eyes) {

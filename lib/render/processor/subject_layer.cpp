@@ -48,12 +48,6 @@ void with_samples(int samples, Act&& act) {
   }
 }
 
-/// Where the samples of pixel (\p x, \p y) of packed rows begin.
-std::ptrdiff_t place_in(const SampleRows& rows, int x, int y) {
-  return (static_cast<std::ptrdiff_t>(y - rows.top) * (rows.right - rows.left) + x - rows.left) *
-         rows.samples;
-}
-
 }  // namespace
 
 void SubjectLayer::Drawn::add(const std::vector<ReadySubject>& subjects, std::size_t subject,
@@ -146,7 +140,7 @@ void SubjectLayer::hide(const Rectangle& part, const SceneLayer& scene, const Sc
     for (int y = part.y; y < part.y + part.height; ++y) {
       const float* from[samples];
       for (int s = 0; s < samples; ++s) from[s] = scene.inverse(s, part.x, y);
-      float* const to = rows.inverse + place_in(rows, part.x, y);
+      float* const to = rows.inverse + sample_index(rows, part.x, y, 0);
       for (int x = 0; x < part.width; ++x)
         for (int s = 0; s < samples; ++s) to[x * samples + s] = from[s][x];
       if (frame == nullptr) continue;
@@ -162,7 +156,7 @@ void SubjectLayer::hide(const Rectangle& part, const SceneLayer& scene, const Sc
 void SubjectLayer::hide(const Rectangle& part, const LayerView& view, const DepthPicture& depth,
                         const SampleRows& rows) {
   for (int y = part.y; y < part.y + part.height; ++y) {
-    float* scene = rows.inverse + place_in(rows, part.x, y);
+    float* scene = rows.inverse + sample_index(rows, part.x, y, 0);
     for (int x = part.x; x < part.x + part.width; ++x) {
       const float found = depth.at(x, y, view.width, view.height);
       for (int s = 0; s < rows.samples; ++s, ++scene)
@@ -275,7 +269,7 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
   const Rectangle own = intersection(rows, part);
   for (int y = own.y; y < own.y + own.height; ++y) {
     // Nothing is drawn beside the part.
-    float* const row = sample_rows.inverse + place_in(sample_rows, rows.x, y);
+    float* const row = sample_rows.inverse + sample_index(sample_rows, rows.x, y, 0);
     const int before = samples * (own.x - rows.x), inside = samples * own.width;
     std::fill_n(row, before, infinite);
     if (!drawn) std::fill_n(row + before, inside, 0.0f);
