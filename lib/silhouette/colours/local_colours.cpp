@@ -87,15 +87,15 @@ void LocalColours::sum_row(std::size_t row, const Colours& colours) {
         mixed_.push_back({index(x >> shift_, y >> shift_), Vec3f(rgb[0], rgb[1], rgb[2])});
       continue;
     }
-    if (kind == subject) sum_solids(row, begin, end, colours);
     // Beside the row it goes on.
     const int from = begin == x0_ ? begin : begin + inset, to = end == x1_ ? end : end - inset;
-    if (from >= to) continue;
-    const std::uint8_t* const rgb = colours(y, from, to);
-    if (kind == screen)
-      sum_screen(row, from, to, rgb);
-    else
-      sum_subject(row, from, to, rgb);
+    if (kind == screen) {
+      if (from < to) sum_screen(row, from, to, colours(y, from, to));
+      continue;
+    }
+    const std::uint8_t* const rgb = colours(y, begin, end);
+    sum_solids(row, begin + solid_inset, end - solid_inset, rgb + 4 * solid_inset);
+    sum_subject(row, from, to, rgb + 4 * (from - begin));
   }
 }
 
@@ -106,12 +106,9 @@ LocalColours::Row LocalColours::row_of(std::size_t row) const {
           row + 1 < rows_.size() ? kinds + width : kinds, rows_[row]};
 }
 
-void LocalColours::sum_solids(std::size_t row, int begin, int end, const Colours& colours) {
-  const int from = begin + solid_inset, to = end - solid_inset;
-  if (from >= to) return;
+void LocalColours::sum_solids(std::size_t row, int from, int to, const std::uint8_t* rgb) {
   const auto steepest = static_cast<int>(flat * screen_signal_ + 2.0 * noise_);
   const Row r = row_of(row);
-  const std::uint8_t* rgb = colours(r.y, from, to);
   for (int x = from; x < to; ++x, rgb += 4) {
     if (std::abs(r.signal[x + 1 - x0_] - r.signal[x - 1 - x0_]) > steepest) continue;
     Solid& solid = solids_[row * solids_across() + static_cast<std::size_t>(x >> solid_shift)];

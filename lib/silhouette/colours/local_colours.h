@@ -6,8 +6,9 @@
 /// Some rows are sampled. A pixel is taken for screen or for subject where its signal is, and where
 /// those of the pixels beside it are, too, so that no edge counts. A tile's screen is the mean of its
 /// samples, if they are as alike as the camera's noise lets them be, which hair before a screen is not;
-/// it stays where it is hidden later. The light on a screen changes slowly: a tile that shows none has the quadratic polynomial
-/// of position that fits the others, and the mean of what these differ from it around the tile.
+/// it stays where it is hidden later. The light on a screen changes slowly: a tile that shows none
+/// has the quadratic polynomial of position that fits the others, and the mean of what these differ
+/// from it around the tile.
 ///
 /// A tile's subject is the mean of what this frame shows of it in the tile and, half as much, in those
 /// beside it; up to four tiles away from these it is their neighbours' mean.
@@ -112,7 +113,8 @@ class LocalColours {
   };
   Row row_of(std::size_t row) const;
   void sum_row(std::size_t row, const Colours& colours);
-  void sum_solids(std::size_t row, int begin, int end, const Colours& colours);
+  // \p rgb: of columns [from, to).
+  void sum_solids(std::size_t row, int from, int to, const std::uint8_t* rgb);
   void sum_screen(std::size_t row, int from, int to, const std::uint8_t* rgb);
   void sum_subject(std::size_t row, int from, int to, const std::uint8_t* rgb);
   double spread(const std::vector<Sum>& sums, double quantile) const;

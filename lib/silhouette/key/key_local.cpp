@@ -151,8 +151,9 @@ Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame, int column, in
     // Tiles whose screens differ by less are one span.
     const double step = std::max((screen_level - foreground_level) / 32.0, 0.1);
     RowKey key = whole;
-    key.ramp = ramp_for(std::round(signal.of(tile.screen) / step) * step, foreground_level,
-                        signal.unit, tile.spread / plain.unit);
+    key.ramp = silhouette::with_sure_signals(
+        ramp_for(std::round(signal.of(tile.screen) / step) * step, foreground_level, signal.unit,
+                 tile.spread / plain.unit));
     return key;
   }
   const silhouette::KeySignal own = silhouette::calibrated(plain, tile.screen, tile.subject, noise);
@@ -169,7 +170,8 @@ Keyer::State::RowKey Keyer::State::key_of(const FrameView& frame, int column, in
         std::clamp(-2.0 * plain.of(tile.subject) / std::max(plain.of(tile.screen), 1.0), 0.0, 1.0);
     to_solid = solid_end(1.28 * tile.subject_spread / plain.unit / range, strong, parts) * range;
   }
-  key.ramp = ramp_for(from, to + to_solid, own.unit, tile.spread / plain.unit);
+  key.ramp = silhouette::with_sure_signals(
+      ramp_for(from, to + to_solid, own.unit, tile.spread / plain.unit));
   if (mixing.in_light() && range > 0.0)
     key.bend = bend_for([&](float alpha) {
       return (from - own.of(silhouette::mixed_in_light(tile.screen, tile.subject, alpha))) / range;
@@ -196,14 +198,14 @@ void Keyer::State::follow_colours(const FrameView& frame) {
   }
   first_spans.push_back(spans.size());
   if (!straightens()) return;
+  const bool in_light = mixing.in_light();
+  const auto mixed = [&](const Vec3f& c) {
+    return in_light ? 255.0f * srgb_decoded(c / 255.0f) : c;
+  };
   mixtures.clear();
   for (int row = 0; row < colours.down(); ++row)
     for (int column = 0; column < colours.across(); ++column) {
       const auto& tile = colours.tile(column, row);
-      const bool decoded = mixing.in_light();
-      const auto mixed = [&](const Vec3f& c) {
-        return decoded ? 255.0f * srgb_decoded(c / 255.0f) : c;
-      };
       mixtures.push_back({mixed(tile.screen), mixed(tile.subject)});
     }
 }

@@ -27,9 +27,8 @@ silhouette::Ramp Keyer::State::ramp_for(double screen, double foreground, double
   const auto fixed = [](double v) {
     return static_cast<std::int16_t>(std::clamp(std::lround(v), -32767l, 32767l));
   };
-  return silhouette::with_sure_signals({fixed(from * unit),
-                                        fixed(255.0 * 32768.0 / (levels * unit)), whole.ramp.low,
-                                        whole.ramp.high});
+  return {fixed(from * unit), fixed(255.0 * 32768.0 / (levels * unit)), whole.ramp.low,
+          whole.ramp.high};
 }
 
 void Keyer::State::lay_out_screen() {
@@ -49,7 +48,7 @@ void Keyer::State::lay_out_screen() {
   const double silence = std::clamp(2.5 * unquiet / (range * (white - black)), 0.03, 0.2);
   whole.ramp.low = static_cast<std::uint8_t>(std::lround(255.0 * silence));
   whole.ramp.high = static_cast<std::uint8_t>(std::lround(255.0 * (1.0 - silence - spread_inside)));
-  whole.ramp = ramp_for(screen_level, foreground_level, signal.unit);
+  whole.ramp = silhouette::with_sure_signals(ramp_for(screen_level, foreground_level, signal.unit));
   quiet = silhouette::quiet_for(whole.ramp.low, whole.ramp.high);
   if (!plate_given) return;
 
