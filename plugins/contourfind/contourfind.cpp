@@ -50,9 +50,7 @@ MatteContent content_of(ContourFind& self, const GstVideoFrame& frame) {
   const AlphaView alpha = alpha_of(frame);
   const MatteContent* attached = attached_matte(frame.buffer, alpha, is_unwritten(frame.buffer));
   if (attached != nullptr) return *attached;
-  auto matte = self.mattes.take();
-  load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, *matte);
-  return {matte, nullptr, 0.0};
+  return {read_matte(alpha, self.mattes), nullptr, 0.0};
 }
 
 /// Writes what was keyed into a view's alpha, where the blur changed it: a picture's edges are as soft

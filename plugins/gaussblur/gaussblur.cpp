@@ -73,12 +73,7 @@ void blur_frame(GstElement* element, const BlurSettings& values, GstVideoFrame* 
   self.blur.set(values);
   const MatteContent* content = attached_matte(frame->buffer, alpha, self.unwritten);
   const bool attached = content != nullptr && content->matte != nullptr;
-  std::shared_ptr<const Matte> matte = attached ? content->matte : nullptr;
-  if (!attached) {
-    const std::shared_ptr<Matte> read = self.mattes.take();
-    load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, *read);
-    matte = read;
-  }
+  const auto matte = attached ? content->matte : read_matte(alpha, self.mattes);
   // Of a second blur: what the first one began with.
   const auto keyed = content != nullptr && content->keyed != nullptr ? content->keyed : matte;
   const std::shared_ptr<Field> field = self.fields.take();

@@ -78,6 +78,12 @@ AlphaView alpha_of(const GstVideoFrame& frame) {
           GST_VIDEO_FRAME_HEIGHT(&frame)};
 }
 
+std::shared_ptr<const Matte> read_matte(const AlphaView& alpha, PlanePool<Matte>& pool) {
+  const std::shared_ptr<Matte> matte = pool.take();
+  load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, *matte);
+  return matte;
+}
+
 const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten) {
   GstMeta* meta = gst_buffer_get_meta(buffer, matte_api_type());
   if (meta == nullptr) return nullptr;

@@ -7,10 +7,11 @@
 /// back from a file or a wire. Beside it this meta carries what the alpha was made of: the plane
 /// with its block states, so that the next element need not gather it from every fourth byte of the
 /// frame, and after the blur the field with 7 more bits than the alpha has, so that the contours
-/// lose nothing to rounding, beside the plane that was blurred, which becomes the view's alpha. Elements that make new frames drop the meta (it is tagged as depending
-/// on memory, size and colour), and then the alpha is read instead. Those that draw into a frame in
-/// place keep it: the frame's memory, which chromamatte takes from an allocator that notes it, shows
-/// whether somebody may have written since; where it may be so, the alpha is compared.
+/// lose nothing to rounding, beside the plane that was blurred, which becomes the view's alpha.
+/// Elements that make new frames drop the meta (it is tagged as depending on memory, size and
+/// colour), and then the alpha is read instead. Those that draw into a frame in place keep it: the
+/// frame's memory, which chromamatte takes from an allocator that notes it, shows whether somebody
+/// may have written since; where it may be so, the alpha is compared.
 #pragma once
 
 #include <gst/video/video.h>
@@ -34,6 +35,9 @@ struct AlphaView {
   int step, width, height;
 };
 AlphaView alpha_of(const GstVideoFrame& frame);
+
+/// What a frame without a matte attached shows, in a plane of \p pool.
+std::shared_ptr<const Matte> read_matte(const AlphaView& alpha, PlanePool<Matte>& pool);
 
 /// What is attached to \p buffer, whose alpha is \p alpha, where that still holds; else null. Valid
 /// as long as the buffer is held. \p unwritten: is_unwritten(), asked before the frame was mapped.
