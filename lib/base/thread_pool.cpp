@@ -61,12 +61,15 @@ class Pool {
  public:
   /// Runs \p loop on the calling thread and the workers that have time.
   void run(Loop& loop) {
+    bool wake;
     {
       const std::lock_guard lock(mutex_);
       for (; workers_ < cores() - 1; ++workers_) std::thread([this] { work(); }).detach();
       loops_.push_back(&loop);
+      wake = asleep_ > 0;
     }
-    wake_.notify_all();
+    // One, which wakes the next: most loops have ended before all of a large machine's would be awake.
+    if (wake) wake_.notify_one();
     loop.take_part();
     std::unique_lock lock(mutex_);
     std::erase(loops_, &loop);
@@ -89,13 +92,17 @@ class Pool {
       const auto found = std::find_if(loops_.begin(), loops_.end(),
                                       [](const Loop* loop) { return loop->wants_a_worker(); });
       if (found == loops_.end()) {
+        ++asleep_;
         wake_.wait(lock);
+        --asleep_;
         continue;
       }
       Loop& loop = **found;
       --loop.places;
       ++loop.inside;
+      const bool wake = asleep_ > 0 && loop.wants_a_worker();
       lock.unlock();
+      if (wake) wake_.notify_one();
       loop.take_part();
       lock.lock();
       if (--loop.inside == 0) loop.left.notify_one();
@@ -105,7 +112,7 @@ class Pool {
   std::mutex mutex_;  // protects all of these
   std::condition_variable wake_;
   std::vector<Loop*> loops_;
-  int workers_ = 0;
+  int workers_ = 0, asleep_ = 0;
 };
 
 /// Never destroyed: its workers wait for loops until the process ends.
@@ -138,7 +145,9 @@ void parallel_for(std::size_t count, std::size_t grain, int max_threads, const B
     ++counted.threads;
     return body(0, count);
   }
-  Loop loop(count, std::max<std::size_t>(grain, 1), threads - 1, body);
+  grain = std::max<std::size_t>(grain, 1);
+  const std::size_t pieces = (count - 1) / grain + 1;
+  Loop loop(count, grain, static_cast<int>(std::min<std::size_t>(threads, pieces)) - 1, body);
   pool().run(loop);
   counted.threads += static_cast<std::uint64_t>(loop.threads());
   if (loop.error()) std::rethrow_exception(loop.error());
