@@ -55,11 +55,13 @@ struct Shot {
     frame.scene = std::make_shared<const Scene>(std::move(scene));
     frame.subjects.push_back({&mesh, {}, 0});
   }
-  void draw(float background) {
+  /// Returns the background's value as its eight bits hold it.
+  float draw(float background) {
     const auto value = static_cast<std::uint8_t>(std::lround(255.0f * to_srgb(background)));
     draw(Picture{frame.width, frame.height, 4,
                  std::vector<std::uint8_t>(static_cast<std::size_t>(frame.width) * frame.height * 4,
                                            value)});
+    return to_linear(value / 255.0f);
   }
   void draw(const Picture& before) {
     picture = before;
