@@ -113,14 +113,19 @@ Rectangle mirror_rectangle(const Mirror& mirror, const Rectangle& front, const R
   return intersection(images, front);
 }
 
-/// How many pixels the soft edge of \p subject reaches beyond its hull, at most \p most.
+/// How many pixels the soft edge of \p subject reaches beyond its hull, at most \p most; 0 where all of
+/// it lies behind the eye.
 int pixels_beyond(const PlacedSubject& subject, const RenderPlan& plan, int most) {
   const Mat4& clip = plan.clip_from_scene;
   const Vec4 depth(clip[0][3], clip[1][3], clip[2][3], clip[3][3]);
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Vec3f& p : subject.points)
-    nearest = std::min(nearest, glm::dot(depth, Vec4(Vec3(p), 1.0)));
+  double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
+  for (const Vec3f& p : subject.points) {
+    const double d = glm::dot(depth, Vec4(Vec3(p), 1.0));
+    nearest = std::min(nearest, d);
+    farthest = std::max(farthest, d);
+  }
   const double reach = longest_reach(*subject.mesh) * scale_of(subject);
+  if (farthest + reach < near_plane) return 0;
   const double pixels = reach / (plan.pixel_size * std::max(nearest - reach, near_plane)) + 1.0;
   return pixels < most ? static_cast<int>(std::ceil(pixels)) : most;
 }
@@ -168,13 +173,20 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
 
   const Rectangle whole{0, 0, frame.width, frame.height};
   for (PlacedSubject& subject : plan.subjects) {
-    Rectangle own =
-        screen_rectangle(subject.points, plan.clip_from_scene, frame.width, frame.height);
-    if (settings.soft_edges && !subject.image && !own.empty()) {
-      const int by = subject.beyond = pixels_beyond(subject, plan, frame.width + frame.height);
-      own = intersection({own.x - by, own.y - by, own.width + 2 * by, own.height + 2 * by}, whole);
-    }
-    plan.subject = bounding(plan.subject, own);
+    // A hull beside the picture may reach into it with its soft edge.
+    int by = 0;
+    if (settings.soft_edges && !subject.image)
+      by = subject.beyond = pixels_beyond(subject, plan, frame.width + frame.height);
+    const int width = frame.width + 2 * by, height = frame.height + 2 * by;
+    Mat4 wider(1.0);
+    wider[0][0] = static_cast<double>(frame.width) / width;
+    wider[1][1] = static_cast<double>(frame.height) / height;
+    Rectangle own = screen_rectangle(subject.points, wider * plan.clip_from_scene, width, height);
+    if (by == frame.width + frame.height) own = {0, 0, width, height};  // or more
+    if (own.empty()) continue;
+    plan.subject = bounding(plan.subject, intersection({own.x - 2 * by, own.y - 2 * by,
+                                                        own.width + 2 * by, own.height + 2 * by},
+                                                       whole));
   }
   if (frame.scene && !frame.scene->meshes.empty()) {
     std::vector<Vec3> volume;  // of the shadow

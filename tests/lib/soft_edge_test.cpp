@@ -46,10 +46,10 @@ Camera viewport(double degrees) {
   return camera;
 }
 
-Picture draw(Renderer& renderer, const test::StudioMesh& studio, double degrees,
+Picture draw(Renderer& renderer, const test::StudioMesh& studio, const Camera& viewport,
              const RenderSettings& settings, const Colour& behind = blue) {
   RenderFrame frame;
-  frame.viewport = viewport(degrees);
+  frame.viewport = viewport;
   frame.width = frame.viewport.width;
   frame.height = frame.viewport.height;
   frame.subjects = {{&studio.mesh, {}, 0}};
@@ -60,6 +60,11 @@ Picture draw(Renderer& renderer, const test::StudioMesh& studio, double degrees,
   renderer.render(frame, renderer.plan(frame, settings), settings, before.pixels.data(),
                   4 * frame.width, out.pixels.data(), 4 * frame.width);
   return out;
+}
+
+Picture draw(Renderer& renderer, const test::StudioMesh& studio, double degrees,
+             const RenderSettings& settings, const Colour& behind = blue) {
+  return draw(renderer, studio, viewport(degrees), settings, behind);
 }
 
 RenderSettings with_soft_edges(bool soft) {
@@ -121,6 +126,28 @@ TEST_P(SoftEdgeTest, SkippingChangesNoByte) {
   const Picture skipped = draw(*renderer, studio("hairy"), 4.5, settings);
   settings.skip = false;
   EXPECT_EQ(skipped.pixels, draw(*renderer, studio("hairy"), 4.5, settings).pixels);
+}
+
+// The hull lies below the picture, by a pixel or two, and its edge reaches in.
+TEST(SoftEdge, ReachesIntoThePictureFromBelow) {
+  ProcessorRenderer renderer;
+  RenderFrame frame;
+  frame.viewport = viewport(4.5);
+  frame.width = frame.viewport.width;
+  frame.height = frame.viewport.height;
+  frame.subjects = {{&studio("hairy").mesh, {}, 0}};
+  const Rectangle hull = renderer.plan(frame, with_soft_edges(false)).subject;
+  frame.viewport.K[2].y += frame.height - hull.y - 0.5;
+  EXPECT_TRUE(renderer.plan(frame, with_soft_edges(false)).untouched());
+
+  RenderSettings settings = with_soft_edges(true);
+  const Picture skipped = draw(renderer, studio("hairy"), frame.viewport, settings);
+  int touched = 0;
+  for (std::size_t p = 0; p < skipped.pixels.size(); p += 4)
+    touched += !std::equal(blue.begin(), blue.end(), &skipped.pixels[p]);
+  EXPECT_GT(touched, 0);
+  settings.skip = false;
+  EXPECT_EQ(skipped.pixels, draw(renderer, studio("hairy"), frame.viewport, settings).pixels);
 }
 
 /// Of the pixels of the subject, how like \p a is to \p b: dB, and the difference that one in a hundred
