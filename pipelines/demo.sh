@@ -69,7 +69,8 @@ silhouette_of() {
   echo "queue max-size-buffers=2 ! chromamatte name=key_$1 ! gaussblur name=blur_$1 sigma=1.5 !
     contourfind name=contours_$1 camera=$1 tolerance=0.7 min-area=100 ! hull."
 }
-chain="hullbuild name=hull $rig ! hullrefine name=refine ! hulltexture name=texture ! queue max-size-buffers=2 ! tee name=meshes"
+beside="queue max-size-buffers=2 !"  # lets what follows work beside what comes before
+chain="hullbuild name=hull $rig ! $beside hullrefine name=refine ! $beside hulltexture name=texture ! $beside tee name=meshes"
 room="scenesrc name=room path=orbit orbit-start=30 orbit-speed=45 num-buffers=$frames !
   video/x-raw,width=1280,height=720,framerate=$rate/1 ! queue max-size-buffers=2 !
   composite.background"

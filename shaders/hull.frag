@@ -45,6 +45,10 @@ uniform float depth_tolerance;  // of the map's 0..1
 uniform int best;               // blend this many
 uniform float pixel_size;       // of the picture at depth 1, in the mesh's units
 uniform float fill_range;       // the sum of weights below which the fill shows
+uniform bool shaded;            // by the scene's light (lib/render/subject/subject_light.h)
+uniform sampler3D light;         // by what colours are multiplied
+uniform vec3 light_scale;       // from scene coordinates to the texture's
+uniform vec3 light_offset;
 #ifdef CLIPPED
 uniform vec4 plane;
 #endif
@@ -64,7 +68,7 @@ float visibility(vec4 in_map, uint slot, float weight) {
 }
 
 // How far the view's picture is moved towards what others show, in map coordinates; by the weights of
-// those of its two flows and of all but itself, of a sum of all (lib/render/picture_flows.h).
+// those of its two flows and of all but itself, of a sum of all (lib/render/subject/picture_flows.h).
 vec2 shift_of(vec4 in_map, uint slot, float first, float second, float others, float total) {
   if (!use_flows || others <= 0.0) return vec2(0.0);
   vec2 size = vec2(textureSize(maps, 0).xy);
@@ -99,7 +103,7 @@ vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map, vec2 shift) {
 }
 
 // Where the subject is drawn smaller than the view saw it: a mix of two of its smaller pictures
-// (lib/render/view_picture.h), by how many of its pixels a pixel here spans.
+// (lib/render/subject/view_picture.h), by how many of its pixels a pixel here spans.
 vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal, vec2 shift) {
   float spans = max(pixel_size * focal / (gl_FragCoord.w * in_map.z), 1.0);
   float whole = floor(log2(spans));
@@ -111,7 +115,7 @@ vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal, vec2 shift) {
 
 #ifdef RIBBON
 // What a view of relative weight `near` leaves of a ribbon where its matte is `matte`
-// (lib/render/soft_edge.h).
+// (lib/render/subject/soft_edge.h).
 float own_alpha(float near, float matte) {
   float counts = clamp((near - 0.05) * 5.0, 0.0, 1.0);
   float inside = min(2.0 * matte, 1.0);
@@ -261,4 +265,5 @@ void main() {
   if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
 #endif
   colour = blended();
+  if (shaded) colour.rgb *= texture(light, world * light_scale + light_offset).rgb;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // A textured hull. Every triangle has up to four views that may colour it (candidates), or, WIDE, a list
-// of more (lib/render/hull_vertices.h), so that each fragment can choose among them. Centroid: a sliver is sampled inside itself, not at the pixel's middle
+// of more (lib/render/subject/hull_vertices.h), so that each fragment can choose among them. Centroid: a sliver is sampled inside itself, not at the pixel's middle
 // beside it, where its numbers mean nothing.
 layout(location = 0) in vec3 position;   // hull coordinates, relative to its origin
 layout(location = 1) in vec4 weight;     // of the candidates, at this vertex; WIDE: this corner's own place
@@ -17,7 +17,7 @@ struct View {
   vec4 lens[3];         // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4
   vec4 limits;          // the largest picture and map coordinates that are the view's own
   mat3 colour;          // what linear colours are multiplied by
-  vec4 flows;           // of two flows (lib/render/picture_flows.h): the other view's slot or -1, t
+  vec4 flows;           // of two flows (lib/render/subject/picture_flows.h): the other view's slot or -1, t
 };
 layout(std140) uniform Views { View views[VIEW_SLOTS]; };
 

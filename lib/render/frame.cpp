@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/error.h"
-#include "render/soft_edge.h"
+#include "render/subject/soft_edge.h"
 #include "scene/drawable.h"
 
 namespace polyhull {
@@ -80,6 +80,7 @@ PlacedSubject place(const RenderSubject& subject) {
   out.mesh = &mesh;
   out.image = subject.image;
   out.content = subject.content;
+  out.lighting = subject.lighting;
   out.to_scene = place_in_scene(mesh, subject.placement);
   out.from_scene = glm::inverse(out.to_scene);
   out.local_to_scene = out.to_scene;

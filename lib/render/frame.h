@@ -19,6 +19,7 @@
 namespace polyhull {
 
 struct DepthPicture;  // depth_picture.h
+struct LightLattice;  // subject_light.h
 struct ScenePlanes;   // view/scene_planes.h
 
 /// How the subjects' shadow of the scene's main light is drawn.
@@ -35,6 +36,12 @@ enum class MirrorMode {
   off,
   fresnel,  ///< by the material: the subject takes the place of what the mirror showed
   plain,    ///< mixed in with a constant share, as in the prototype
+};
+
+/// What light subjects are seen in.
+enum class SubjectLighting {
+  off,  ///< the studio's, as their pictures have it
+  shade,  ///< the studio's, times the scene's where they are relative to the stage's (subject_light.h)
 };
 
 /// What the colours beside an alpha below 1 are, of backgrounds and of composites alike (fill.h).
@@ -54,7 +61,7 @@ struct RenderSettings {
   /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.
   int edge_samples = 4;
   AlphaCoding alpha = AlphaCoding::ignored;
-  bool soft_edges = false;  ///< outlines as soft as the mattes (soft_edge.h), not polygons
+  bool soft_edges = false;  ///< outlines as soft as the mattes (subject/soft_edge.h), not polygons
   bool skip = true;         ///< leave out what changes nothing; the picture is the same to the bit
   bool operator==(const RenderSettings&) const = default;
 };
@@ -67,6 +74,7 @@ struct RenderSubject {
   /// Drawn from its silhouettes instead of the mesh's triangles, by the processor's renderer alone;
   /// of the same content. Null: by triangles.
   std::shared_ptr<const ImageSubject> image;
+  SubjectLighting lighting = SubjectLighting::off;
 };
 
 /// What is to be drawn.
@@ -102,7 +110,8 @@ struct PlacedSubject {
   std::vector<Vec3f> points;
   std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
   std::uint64_t content = 0;                  ///< as RenderSubject::content
-  int beyond = 0;                             ///< pixels that its soft edge reaches beyond its hull
+  SubjectLighting lighting = SubjectLighting::off;
+  int beyond = 0;  ///< pixels that its soft edge reaches beyond its hull
 };
 
 /// What has to be drawn where. Rectangles are empty for what changes no pixel.
@@ -116,6 +125,8 @@ struct RenderPlan {
   Rectangle mirror_shadow;  ///< where the mirror may show the shadow
   int light = -1;           ///< the light that throws the shadow
   int mirror_index = -1;    ///< into Scene::mirrors
+  /// Of the subjects that are shaded; null where none is. plan_frame() leaves it to Renderer::plan().
+  std::shared_ptr<const LightLattice> shade;
   Rectangle changed() const {
     return bounding(bounding(subject, shadow), bounding(mirror, mirror_shadow));
   }

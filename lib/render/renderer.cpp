@@ -5,6 +5,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "raytrace/traced_scene.h"
+
 namespace polyhull {
 
 void RenderStatistics::add(const RenderStatistics& part) {
@@ -34,6 +36,18 @@ void RenderStatistics::add(const RenderStatistics& part) {
   mesh_reused = mesh_reused && part.mesh_reused;
 }
 
+Renderer::Renderer() = default;
+Renderer::~Renderer() = default;
+
+const TracedScene* Renderer::traced(const std::shared_ptr<const Scene>& scene) {
+  if (scene != traced_held_) {
+    traced_held_ = scene;
+    traced_.reset();
+    if (scene && !scene->meshes.empty()) traced_ = std::make_unique<TracedScene>(*scene);
+  }
+  return traced_.get();
+}
+
 RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settings) {
   if (frame.scene != bounds_held_) {
     bounds_held_ = frame.scene;
@@ -43,7 +57,13 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
         points.insert(points.end(), mesh.positions.begin(), mesh.positions.end());
     scene_bounds_ = bounds_of(points);
   }
-  return plan_frame(frame, settings, scene_bounds_);
+  RenderPlan plan = plan_frame(frame, settings, scene_bounds_);
+  const bool shaded =
+      std::any_of(plan.subjects.begin(), plan.subjects.end(),
+                  [](const auto& subject) { return subject.lighting == SubjectLighting::shade; });
+  if (const TracedScene* scene = shaded && !plan.untouched() ? traced(frame.scene) : nullptr)
+    plan.shade = subject_light_.around(frame, plan, *scene);
+  return plan;
 }
 
 void Renderer::render_yuv(const RenderFrame& frame, const RenderPlan& plan,

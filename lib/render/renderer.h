@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "render/frame.h"
+#include "render/subject_light.h"
 #include "render/yuv/yuv_picture.h"
 
 namespace polyhull {
@@ -57,7 +58,8 @@ struct RenderStatistics {
 /// Draws frame after frame, and keeps what stays. Not for use by two threads at once.
 class Renderer {
  public:
-  virtual ~Renderer() = default;
+  Renderer();
+  virtual ~Renderer();
 
   /// What \p frame needs; where RenderPlan::untouched() the background is the result and no
   /// render() is needed. Throws Error as plan_frame().
@@ -84,11 +86,17 @@ class Renderer {
   virtual std::string description() const = 0;
 
  protected:
+  /// \p scene ready for rays, made when it is first asked for; null where it has no geometry. Throws
+  /// Error as TracedScene.
+  const TracedScene* traced(const std::shared_ptr<const Scene>& scene);
+
   RenderStatistics statistics_;
 
  private:
   Bounds scene_bounds_;
-  std::shared_ptr<const Scene> bounds_held_;
+  std::shared_ptr<const Scene> bounds_held_, traced_held_;
+  std::unique_ptr<TracedScene> traced_;
+  SubjectLight subject_light_;
   std::vector<std::uint8_t> drawn_;  // what render_yuv() converts
 };
 

@@ -21,7 +21,7 @@ enum class TextureMethod {
 enum class TextureMetric {
   camera_normal,  ///< by the angle between the surface normal and the direction to the camera
   viewing_angle,  ///< by the angle between the directions to the camera and to the viewport
-  lumigraph,      ///< by that angle, steeper, and by resolution (render/view_weights.h)
+  lumigraph,      ///< by that angle, steeper, and by resolution (render/subject/view_weights.h)
 };
 
 /// What colours the surface where no camera sees it.
@@ -57,7 +57,7 @@ struct OcclusionMap {
 
 /// Where a view shows what another one shows, seen through the surface: by how much of this the place
 /// in `view` is moved from which a point of the surface takes its colour, the eye decides
-/// (render/picture_flows.h). Texel (i, j) stands for texel (2 i, 2 j) of the view's OcclusionMap.
+/// (render/subject/picture_flows.h). Texel (i, j) stands for texel (2 i, 2 j) of the view's OcclusionMap.
 struct PictureFlow {
   static constexpr int coarser = 2;            ///< than the map
   static constexpr float unit = 1.0f / 16.0f;  ///< of an offset: texels of the map

@@ -202,8 +202,8 @@ void FrameComposer::add_subject(GstAggregatorPad* pad, bool by_image) {
                                  GST_OBJECT_NAME(pad)));
     return;
   }
-  frame_.subjects.push_back(
-      {&mesh, placement(snapshot(pad, state.placement)), state.content, image});
+  const PlacementSettings settings = snapshot(pad, state.placement);
+  frame_.subjects.push_back({&mesh, placement(settings), state.content, image, settings.light});
   opacities_.push_back(mesh.opacity);
 }
 

@@ -52,6 +52,16 @@ GType enum_type<Pivot>() {
 }
 
 template <>
+GType enum_type<SubjectLighting>() {
+  return register_enum<SubjectLighting>(
+      "PolyhullSubjectLighting",
+      {{SubjectLighting::off, "The studio's, as the cameras saw it", "off"},
+       {SubjectLighting::shade,
+        "The studio's, times the scene's where the subject is relative to the stage's middle",
+        "shade"}});
+}
+
+template <>
 GType enum_type<MirrorMode>() {
   return register_enum<MirrorMode>(
       "PolyhullMirrorMode",
@@ -283,6 +293,11 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           -far, far),
       property<&S::pivot_y>("pivot-y", "Pivot y", "As pivot-x.", -far, far),
       property<&S::pivot_z>("pivot-z", "Pivot z", "As pivot-x.", -far, far),
+      property<&S::light>(
+          "light", "Light",
+          "The light that the subject is seen in. With shade it darkens in the scene's shadows and "
+          "goes through pools of light: its colours are multiplied by the scene's light where each "
+          "part of it is, relative to the light a metre above the scene's origin."),
   };
   return table;
 }

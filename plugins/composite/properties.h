@@ -82,6 +82,7 @@ struct PlacementSettings {
   double scale = 1.0;
   Pivot pivot = SubjectPlacement{}.pivot;
   double pivot_x = 0.0, pivot_y = 0.0, pivot_z = 0.0;
+  SubjectLighting light = SubjectLighting::off;
 };
 
 /// One row per property of PlacementSettings.

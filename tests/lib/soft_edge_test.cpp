@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "backend.h"
-#include "render/view_picture.h"
+#include "render/subject/view_picture.h"
 #include "scene/scene.h"
 #include "studio_mesh.h"
 

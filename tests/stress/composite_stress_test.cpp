@@ -163,6 +163,7 @@ TEST_P(CompositeStress, WhateverComesIsDrawnAsIfItWereTheFirst) {
     const Mesh& mesh = chance.of(figures).mesh;
     const Mesh odd = odd_mesh(mesh, chance);
     frame.subjects.push_back({chance.once_in(3) ? &odd : &mesh, {}, 0});
+    if (chance.once_in(2)) frame.subjects.back().lighting = SubjectLighting::shade;
     if (chance.once_in(3)) frame.subjects.push_back({&mesh, {}, 0});
     RenderSettings settings = any_settings(chance);
     Rectangle changed, all;

@@ -11,7 +11,7 @@
 #include "render/gl/objects/pixel_query.h"
 #include "render/gl/objects/pixel_readings.h"
 #include "render/gl/passes.h"
-#include "render/view_picture.h"
+#include "render/subject/view_picture.h"
 
 namespace polyhull {
 namespace {
@@ -238,6 +238,7 @@ void Compositor::State::finish(const RenderPlan& plan) {
   for (int unit = 10; unit >= 0; --unit) {
     gl::bind_texture(unit, GL_TEXTURE_2D, 0);
     glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
+    glBindTexture(GL_TEXTURE_3D, 0);
   }
   statistics.subject_skipped = plan.subject.empty();
   statistics.shadow_skipped = plan.shadow.empty();

@@ -17,6 +17,7 @@
 #include "render/gl/subject_buffers.h"
 #include "render/gl/tiles.h"
 #include "render/light_reach.h"
+#include "render/subject_light.h"
 #include "scene/spot_cone.h"
 
 namespace polyhull {
@@ -63,7 +64,11 @@ class SkinPrograms {
   void draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene);
 
  private:
+  void bind_light(const PassInput& in);
+
   gl::Program plain_, distorted_, plain_wide_, distorted_wide_, plain_ribbon_, distorted_ribbon_;
+  gl::Texture light_;  // RenderPlan::shade
+  std::shared_ptr<const LightLattice> held_;
 };
 
 /// Depth maps of the subjects and of the scene, seen from the light that throws the shadow.

@@ -14,18 +14,45 @@ gl::Program hull_program(bool distortion, bool clipped, const char* kind = nullp
   return program;
 }
 
+/// Above those that SubjectBuffers binds.
+constexpr int light_unit = 4;
+
 void place(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
            gl::Program& program) {
   const Mat4& local = in.plan.subjects[s].local_to_scene;
   program.set("clip_from_local", glm::mat4(Mat4(clip_from_scene) * local));
   program.set("scene_from_local", glm::mat4(local));
   program.set("pixel_size", static_cast<float>(in.plan.pixel_size / scale_of(in.plan.subjects[s])));
+  const LightLattice* const shade =
+      in.plan.subjects[s].lighting == SubjectLighting::shade ? in.plan.shade.get() : nullptr;
+  program.set("shaded", shade != nullptr);
+  program.set("light", light_unit);
+  if (!shade) return;
+  const Vec3f size(static_cast<float>(shade->size[0]), static_cast<float>(shade->size[1]),
+                   static_cast<float>(shade->size[2]));
+  const Vec3f scale = 1.0f / (shade->cell * size);
+  program.set("light_scale", scale);
+  program.set("light_offset", 0.5f / size - shade->origin * scale);
 }
 
 }  // namespace
 
+void SkinPrograms::bind_light(const PassInput& in) {
+  const std::shared_ptr<const LightLattice>& shade = in.plan.shade;
+  if (!shade) return;
+  gl::bind_texture(light_unit, GL_TEXTURE_3D, light_.get());
+  if (shade == held_) return;
+  held_ = shade;
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGB16F, shade->size[0], shade->size[1], shade->size[2], 0,
+               GL_RGB, GL_FLOAT, shade->factors.data());
+  gl::texture_parameters(GL_TEXTURE_3D, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+}
+
 void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
                         const glm::vec4* plane) {
+  bind_light(in);
   for (std::size_t s = 0; s < in.subjects.size(); ++s) {
     const bool distortion = in.subjects[s].has_distortion();
     gl::Program& program = distortion ? distorted_ : plain_;
@@ -45,6 +72,7 @@ void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& c
 }
 
 void SkinPrograms::draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene) {
+  bind_light(in);
   const auto draw_all = [&] {
     for (std::size_t s = 0; s < in.subjects.size(); ++s) {
       const bool distortion = in.subjects[s].has_distortion();

@@ -6,10 +6,10 @@
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
 
-#include "render/picture_flows.h"
 #include "render/projection.h"
-#include "render/soft_edge.h"
-#include "render/view_picture.h"
+#include "render/subject/picture_flows.h"
+#include "render/subject/soft_edge.h"
+#include "render/subject/view_picture.h"
 
 namespace polyhull {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "render/gl/objects/gl_objects.h"
 #include "render/gl/objects/program.h"
-#include "render/hull_vertices.h"
+#include "render/subject/hull_vertices.h"
 
 namespace polyhull {
 
@@ -28,15 +28,15 @@ class SubjectBuffers {
   void upload_shape(const Hull& hull);
 
   /// Uploads what the eyes in \p eyes (mesh world coordinates; the viewport's, then the mirrored
-  /// one) see, whose pixels measure \p pixel_size at depth 1, and \p levels smaller pictures of each view (view_picture.h). \p all_views uploads
-  /// unused pictures too (skipping off). \p soft: the first eye sees a soft edge (soft_edge.h).
+  /// one) see, whose pixels measure \p pixel_size at depth 1, and \p levels smaller pictures of each view (subject/view_picture.h). \p all_views uploads
+  /// unused pictures too (skipping off). \p soft: the first eye sees a soft edge (subject/soft_edge.h).
   UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
                            int levels, bool all_views, bool soft);
 
   /// Draws the shape; a hull_depth program is in use.
   void draw_shape() const;
 
-  /// Draws the narrow triangles (hull_vertices.h) that eye \p eye sees; sets the hull program's
+  /// Draws the narrow triangles (subject/hull_vertices.h) that eye \p eye sees; sets the hull program's
   /// uniforms that belong to the mesh. Uses texture units 0, 1 and 3 and uniform block binding 0.
   void draw_skin(std::size_t eye, gl::Program& program) const;
   /// Whether eye \p eye sees wide triangles.

@@ -70,7 +70,7 @@ void Blend::draw(int band) {
   auto& [scratch, front, image] = workspace();
   const int top = std::max(changed_.y, band * band_rows);
   const int bottom = std::min(changed_.y + changed_.height, (band + 1) * band_rows);
-  const bool scene = layers_.scene.has_value();
+  const bool scene = layers_.scene != nullptr;
   Stopwatch watch;
   front.part = layers_.front.paint(layers_.subjects, band, plan_.subject, layers_.direct, nullptr,
                                    scene, frame_.depth.get(), scratch, front.colours);

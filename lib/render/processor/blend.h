@@ -20,7 +20,7 @@ namespace polyhull::processor {
 
 /// What a picture is made of: all drawn but the subjects, whose bands are painted on the way.
 struct Layers {
-  std::optional<TracedScene> scene;
+  const TracedScene* scene = nullptr;  ///< null: no geometry
   SceneLayer direct, mirrored;        ///< the scene as the viewport and as the plan's mirror see it
   AlbedoLayer albedo, mirror_albedo;  ///< of these
   AreaShadow shadow, mirror_shadow;   ///< on these

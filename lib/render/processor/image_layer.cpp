@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "base/srgb.h"
-#include "render/hull_vertices.h"
 #include "render/projection.h"
+#include "render/subject/hull_vertices.h"
 
 namespace polyhull::processor {
 namespace {

@@ -20,6 +20,7 @@ struct ReadySubject {
   Skin skin;
   std::uint64_t content = 0;
   Mat4 local_to_scene{1.0};
+  SkinLight light;
   double scale = 1.0;  ///< units of the scene to a unit of the mesh
   // Of an image-based subject; else null and unused.
   std::shared_ptr<const ImageSubject> image;

@@ -83,6 +83,8 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     reused = reused && same;
+    subject.light = {placed.lighting == SubjectLighting::shade ? plan.shade : nullptr,
+                     placed.local_to_scene};
     subject.content = placed.content;
     subject.local_to_scene = placed.local_to_scene;
     subject.scale = scale_of(placed);
@@ -134,7 +136,7 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
 void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const RenderPlan& plan,
                                           const RenderSettings& settings,
                                           RenderStatistics& statistics) {
-  const TracedScene* traced = scene ? &*scene : nullptr;
+  const TracedScene* traced = scene;
   LayerView view;
   const Camera viewport = resized(frame.viewport, frame.width, frame.height);
   const PixelRays rays(viewport);
@@ -244,12 +246,11 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   };
   if (frame.scene != s.scene_held) {
     s.scene_held = frame.scene;
-    s.scene.reset();
     s.geometry.reset();
     // The next scene may take this one's address.
     for (SceneLayer* layer : {&s.direct, &s.mirrored}) layer->forget();
-    if (frame.scene && !frame.scene->meshes.empty()) s.scene.emplace(*frame.scene);
   }
+  s.scene = traced(frame.scene);
   s.prepare(frame, plan, settings, statistics_);
   watch.lap();
   s.draw_scene(frame, plan, settings, statistics_);

@@ -9,7 +9,7 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
-#include "render/soft_edge.h"
+#include "render/subject/soft_edge.h"
 
 namespace polyhull::processor {
 namespace {
@@ -19,7 +19,7 @@ static_assert(sizeof(SkinCorner) == sizeof(HullVertex) &&
               offsetof(SkinCorner, slots) == offsetof(HullVertex, slots) &&
               offsetof(SkinCorner, fill) == offsetof(HullVertex, fill));
 
-/// What a view of relative weight \p near leaves of a ribbon where its matte is \p matte (soft_edge.h).
+/// What a view of relative weight \p near leaves of a ribbon where its matte is \p matte (subject/soft_edge.h).
 float own_alpha(float near, float matte) {
   const float counts = std::clamp((near - 0.05f) * 5.0f, 0.0f, 1.0f);
   const float inside = std::min(2.0f * matte, 1.0f);
@@ -282,8 +282,27 @@ void Skin::look(const SkinItems& items, const std::uint32_t* which, int count,
   }
 }
 
-void Skin::paint_block(const SkinItems& items, const std::uint32_t* which, int count,
-                       SkinScratch& s) const {
+SkinLight::SkinLight(std::shared_ptr<const LightLattice> lattice, const Mat4& scene_from_local)
+    : lattice_(std::move(lattice)) {
+  if (!lattice_) return;
+  Mat4 cells(1.0 / lattice_->cell);
+  cells[3] = Vec4(Vec3(lattice_->origin) / -static_cast<double>(lattice_->cell), 1.0);
+  cells_from_local_ = glm::mat4(cells * scene_from_local);
+}
+
+void SkinLight::shade(const SkinPoints& points, float* red, float* green, float* blue) const {
+  if (!lattice_) return;
+  for (int i = 0; i < points.count; ++i) {
+    const Vec3f factor = lattice_->at(
+        Vec3f(cells_from_local_ * glm::vec4(points.x[i], points.y[i], points.z[i], 1.0f)));
+    red[i] *= factor.x;
+    green[i] *= factor.y;
+    blue[i] *= factor.z;
+  }
+}
+
+void Skin::paint_block(const SkinItems& items, const SkinLight& light, const std::uint32_t* which,
+                       int count, SkinScratch& s) const {
   const bool ribbons = which[0] >= items.first_of_ribbon;
   const SkinItem& base = items[0];
   loops().spread(&base.place.x, which, count, {s.x, s.y, s.z, s.depth});
@@ -308,11 +327,12 @@ void Skin::paint_block(const SkinItems& items, const std::uint32_t* which, int c
                 points, view.weight, srgb_to_linear_table(), view.u, view.v,
                 {s.red, s.green, s.blue, view.alpha});
   }
+  light.shade(points, s.red, s.green, s.blue);
   for (int i = 0; i < count; ++i) {
     glm::vec4& to = s.colours[which[i]];
     to = glm::vec4(s.red[i], s.green[i], s.blue[i], 1.0f);
     if (!ribbons) continue;
-    // Their coverage, by the view that knows best where the subject ends (soft_edge.h).
+    // Their coverage, by the view that knows best where the subject ends (subject/soft_edge.h).
     const std::array<float, 4>& weights = items[which[i]].weights;
     const float largest = *std::max_element(weights.begin(), weights.end());
     float alpha = 1.0f;
@@ -323,14 +343,15 @@ void Skin::paint_block(const SkinItems& items, const std::uint32_t* which, int c
   }
 }
 
-void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) const {
+void Skin::paint(const SkinItems& items, const SkinLight& light, SkinScratch& s,
+                 glm::vec4* pixels) const {
   if (items.empty()) return;
   find_groups(items, s);
   s.colours.resize(items.size());
   for (const SkinScratch::Group& group : s.groups)
     for (std::size_t i = group.begin; i < group.end; i += SkinScratch::block)
-      paint_block(items, &s.order[i], static_cast<int>(std::min(SkinScratch::block, group.end - i)),
-                  s);
+      paint_block(items, light, &s.order[i],
+                  static_cast<int>(std::min(SkinScratch::block, group.end - i)), s);
   for (std::size_t i = 0; i < items.size(); i += items[i].parts)
     pixels[items[i].pixel] += items[i].share * s.colours[i];
 }

@@ -6,13 +6,15 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "mesh/mesh.h"
-#include "render/hull_vertices.h"
 #include "render/processor/loops/loops.h"
-#include "render/view_picture.h"
+#include "render/subject/hull_vertices.h"
+#include "render/subject/view_picture.h"
+#include "render/subject_light.h"
 
 namespace polyhull::processor {
 
@@ -23,7 +25,7 @@ struct SkinCounts {
   std::uint64_t pixels = 0;
 };
 
-/// A point of a subject to be coloured. One of a wide triangle (hull_vertices.h) takes several items, one
+/// A point of a subject to be coloured. One of a wide triangle (subject/hull_vertices.h) takes several items, one
 /// after the other, that have four of its views each.
 struct SkinItem {
   Vec3f place{0.0f};               ///< local coordinates
@@ -40,10 +42,26 @@ static_assert(sizeof(SkinItem) == 64, "as Loops::spread() takes records");
 
 /// Points of one subject.
 struct SkinItems : std::vector<SkinItem> {
-  std::size_t first_of_ribbon = 0;  ///< from here on they are points of ribbons (soft_edge.h)
+  std::size_t first_of_ribbon =
+      0;  ///< from here on they are points of ribbons (subject/soft_edge.h)
   /// Whether what no view sees takes the colours that the views have there all the same, so that the
   /// fill is only for what no view has a picture of.
   bool nearest_where_unseen = false;
+};
+
+/// By what a subject's colours are multiplied.
+class SkinLight {
+ public:
+  SkinLight() = default;
+  /// Null: 1 everywhere.
+  SkinLight(std::shared_ptr<const LightLattice> lattice, const Mat4& scene_from_local);
+
+  /// Multiplies the colours of \p count points, local coordinates.
+  void shade(const SkinPoints& points, float* red, float* green, float* blue) const;
+
+ private:
+  std::shared_ptr<const LightLattice> lattice_;
+  glm::mat4 cells_from_local_{1.0f};
 };
 
 /// A thread's working memory. Points that the same views may colour are coloured side by side, in blocks
@@ -84,7 +102,7 @@ class Skin {
   /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates), whose pixels
   /// measure \p pixel_size at depth 1. \p same: the mesh is the one of the last call, so that
   /// pictures stay. \p all_views: also those that colour nothing visible (skipping off).
-  /// \p soft: the first eye sees a soft edge (soft_edge.h). \p others: views that points of no triangle
+  /// \p soft: the first eye sees a soft edge (subject/soft_edge.h). \p others: views that points of no triangle
   /// take colours from (image_layer.h); slot i is the i-th of them.
   SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size, bool same,
                      bool all_views, bool soft, std::span<const int> others = {});
@@ -114,7 +132,8 @@ class Skin {
   }
 
   /// Adds each item's linear colour times its share (and the share as fourth number) to its pixel.
-  void paint(const SkinItems& items, SkinScratch& scratch, glm::vec4* pixels) const;
+  void paint(const SkinItems& items, const SkinLight& light, SkinScratch& scratch,
+             glm::vec4* pixels) const;
 
  private:
   struct Picture {
@@ -130,8 +149,8 @@ class Skin {
   SkinView look_through(const Mesh& mesh, int view) const;
   void look_along(const Mesh& mesh, const Vec3& eye);
   void find_groups(const SkinItems& items, SkinScratch& scratch) const;
-  void paint_block(const SkinItems& items, const std::uint32_t* which, int count,
-                   SkinScratch& scratch) const;
+  void paint_block(const SkinItems& items, const SkinLight& light, const std::uint32_t* which,
+                   int count, SkinScratch& scratch) const;
   void look(const SkinItems& items, const std::uint32_t* which, int count,
             SkinScratch& scratch) const;
   void displace(const SkinScratch::View& view, int count, SkinScratch& scratch) const;
@@ -139,7 +158,7 @@ class Skin {
   HullDrawing drawing_;
   std::vector<std::size_t> first_, first_wide_;  // by eye
   std::vector<Picture> pictures_;                // by view
-  std::vector<std::vector<SkinView>> views_;     // by slot and level (view_picture.h)
+  std::vector<std::vector<SkinView>> views_;     // by slot and level (subject/view_picture.h)
   std::vector<Mat3f> colours_;                   // by slot: colour_of()
   std::vector<std::vector<SkinFlow>> flows_;     // by slot
   double pixel_size_ = 0.0;

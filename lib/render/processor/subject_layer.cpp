@@ -292,7 +292,7 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
     find_items(subjects, sample_rows, ribbons_, scratch.ribbon_ids.data(), scratch);
   }
   for (std::size_t s = 0; s < subjects.size(); ++s)
-    subjects[s].skin.paint(scratch.items[s], scratch.skin, into.data());
+    subjects[s].skin.paint(scratch.items[s], subjects[s].light, scratch.skin, into.data());
   return rows;
 }
 

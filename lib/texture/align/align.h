@@ -7,7 +7,7 @@
 /// other's picture is seen through the surface, from i:  b(x) = I_j(p_j(S_i(x))), with S_i(x) the
 /// surface's point at texel x of i's map; flow.h finds d with I_i(x + d) = b(x). A renderer takes view
 /// i's colour from x + t_ij d_ij(x), t_ij + t_ji = 1: both meet between them, nearer to the view that
-/// is nearer to the eye (render/picture_flows.h).
+/// is nearer to the eye (render/subject/picture_flows.h).
 ///
 /// After Floating Textures (Eisemann et al. 2008), with flows between the views instead of between
 /// their renderings: they hold for all viewports.

@@ -40,7 +40,7 @@ std::string shader_text(std::string_view file, bool embedded,
                         const std::vector<std::string>& includes) {
   std::string text = embedded ? "#version 300 es\nprecision highp float;\nprecision highp int;\n"
                                 "precision highp sampler2D;\nprecision highp sampler2DArray;\n"
-                                "precision highp usampler2D;\n"
+                                "precision highp usampler2D;\nprecision highp sampler3D;\n"
                               : "#version 330 core\n";
   for (const std::string& define : defines) text += "#define " + define + "\n";
   text += source("common.glsl");

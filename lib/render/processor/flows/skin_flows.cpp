@@ -2,8 +2,8 @@
 // What a skin takes from beside its place, for views that disagree (lib/texture/align).
 #include <algorithm>
 
-#include "render/picture_flows.h"
 #include "render/processor/skin.h"
+#include "render/subject/picture_flows.h"
 
 namespace polyhull::processor {
 // The flows between views that colour something.

@@ -26,7 +26,7 @@ struct SkinView {
   float map_near = 0.0f, map_range = 1.0f;
   int map_width = 0, map_height = 0, map_stride = 0;
   float tolerance = 0.0f;
-  float rest = 0.0f;  ///< what the rim of what it sees still counts (soft_edge.h)
+  float rest = 0.0f;  ///< what the rim of what it sees still counts (subject/soft_edge.h)
   // The picture, RGBA bytes; the centre of texel (0, 0) is the real pixel (origin_x, origin_y).
   const std::uint32_t* pixels = nullptr;
   int width = 0, height = 0, stride = 0;
@@ -45,7 +45,7 @@ struct SkinSpot {
   float share;
 };
 
-/// A triangle's corner, as HullVertex (hull_vertices.h).
+/// A triangle's corner, as HullVertex (subject/hull_vertices.h).
 struct SkinCorner {
   float position[3];
   std::uint16_t weights[4];
@@ -63,7 +63,7 @@ struct SkinPoints {
 };
 
 /// The pictures that one view's colours are taken from, each half the size of the one before
-/// (view_picture.h).
+/// (subject/view_picture.h).
 struct SkinPictures {
   const SkinView* views = nullptr;  ///< of one camera, from its own picture on
   int count = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/view_picture.h"
+#include "render/subject/view_picture.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/picture_flows.h"
+#include "render/subject/picture_flows.h"
 
 #include <algorithm>
 #include <cmath>

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
-#include "render/view_weights.h"
+#include "render/subject/view_weights.h"
 
 namespace polyhull {
 

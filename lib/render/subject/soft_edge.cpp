@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/soft_edge.h"
+#include "render/subject/soft_edge.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/hull_vertices.h"
+#include "render/subject/hull_vertices.h"
 
 #include <algorithm>
 #include <cmath>

@@ -23,7 +23,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/hull_vertices.h"
+#include "render/subject/hull_vertices.h"
 
 namespace polyhull {
 

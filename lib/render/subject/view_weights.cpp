@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/view_weights.h"
+#include "render/subject/view_weights.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "render/hull_vertices.h"
+#include "render/subject/hull_vertices.h"
 
 namespace polyhull {
 namespace {

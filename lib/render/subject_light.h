@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The scene's light where subjects are, relative to the stage's middle: SubjectLighting::shade.
+///
+/// A subject's pictures hold the light of the studio, which is even and has shaded the body already. In
+/// the scene it is as much darker, lighter or more coloured as the scene's light is at its place:
+///   f(x) = Phi(x) / Phi(x_0), by channel, at most 4,
+/// Phi the irradiance of a surface at x, averaged over all its orientations (a quarter of the fluence
+/// rate), so that f has no part in the body's own shading:
+///   Phi(x) = E_ambient + sum over lights of mean over their places p of V(x, p) I(p, x) / (4 |x - p|^2)
+/// V 1 where nothing of the scene lies between and else 0, I what the light would send from p towards x
+/// (W/sr), and x_0 a metre above the scene's origin.
+///
+/// Phi is found at the nodes of a lattice that is fixed in the scene and kept there, so that a subject
+/// that walks asks for few new ones; between nodes f is linear.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "render/frame.h"
+
+namespace polyhull {
+
+class TracedScene;
+
+/// f at the nodes of a part of the lattice, x fastest; those around the subjects, and one more on each
+/// side, at which it is continued.
+struct LightLattice {
+  Vec3f origin{0.0f};         ///< the first node, scene coordinates
+  float cell = 1.0f;          ///< metres from node to node
+  std::array<int, 3> size{};  ///< nodes, at least 1 each
+  std::vector<Vec3f> factors;
+
+  /// f at \p point, in cells from the first node; beyond the lattice as at its border.
+  Vec3f at(const Vec3f& point) const;
+};
+
+class SubjectLight {
+ public:
+  /// f around those of \p plan's subjects that are shaded. The last one's object where that is what it
+  /// would be; null where no subject is shaded, or nothing lights the stage. Throws Error as RayCaster.
+  std::shared_ptr<const LightLattice> around(const RenderFrame& frame, const RenderPlan& plan,
+                                             const TracedScene& scene);
+
+  /// How many nodes the last call had to find.
+  std::size_t found() const { return found_; }
+
+ private:
+  using Node = std::array<int, 3>;  // of the lattice
+  std::shared_ptr<const Scene> scene_;
+  std::vector<Light> lights_;
+  Vec3f ambient_{0.0f}, stage_{0.0f};  // stage_: Phi(x_0)
+  float cell_ = 0.0f;
+  std::unordered_map<std::uint64_t, Vec3f> nodes_;  // f
+  Node first_{}, size_{};                           // of the last one
+  std::shared_ptr<const LightLattice> last_;
+  std::size_t found_ = 0;
+};
+
+}  // namespace polyhull
