@@ -268,7 +268,7 @@ def pipeline(folder, first, last, size, rate, with_depth):
     depth = (f" filesrc location={folder}/depth.gray16 ! rawvideoparse format=gray16-le width={size[0]} "
              f"height={size[1]} {fraction} ! timecodestamper ! plate.depth") if with_depth else ""
     return (f"multifilesrc location={folder}/frames/%04d.png start-index={first} stop-index={last} "
-            f"caps=image/png,{fraction} ! pngdec ! videoconvert ! video/x-raw,format=RGBA ! timecodestamper ! "
+            f"caps=image/png,{fraction} ! pngdec ! timecodestamper ! "
             f"trackstamp name=plate ! mix.background filesrc location={folder}/announcements.jsonl ! "
             f"plate.scene{depth} composite name=mix")
 

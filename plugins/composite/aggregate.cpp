@@ -156,8 +156,7 @@ GstBuffer* compose(Composite& self, const CompositeSettings& settings, GstBuffer
     copy_times(output);
     return g_steal_pointer(&output);
   }
-  if (same_memory && !self.output_on_gpu && gst_buffer_is_writable(frame) &&
-      gst_buffer_is_all_memory_writable(frame)) {
+  if (same_memory && !self.output_on_gpu && is_sole_owner(frame)) {
     output = g_steal_pointer(&held);  // its untouched part need not even be copied
   } else {
     output = acquire(self.element, self.output_info);
@@ -260,6 +259,7 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   const CompositeSettings settings = snapshot(self.element, self.settings);
   std::optional<unsigned> place;
   const std::vector<GstAggregatorPad*> meshes = shown(pads, frame.end, settings.max_mesh_age);
+  picture = self.picture.of(g_steal_pointer(&picture));
   GstBuffer* out = compose(self, settings, g_steal_pointer(&picture), stream_time, meshes, place);
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
   GST_LOG_OBJECT(self.element, "%zu of %zu meshes, %s%s, in %.1f ms: %" GST_PTR_FORMAT,

@@ -3,6 +3,8 @@
 
 #include <gst/video/video.h>
 
+#include <algorithm>
+
 namespace polyhull::element {
 
 bool same_memory(GstBuffer* a, GstBuffer* b) {
@@ -13,11 +15,18 @@ bool same_memory(GstBuffer* a, GstBuffer* b) {
   const GstVideoMeta* x = gst_buffer_get_video_meta(a);
   const GstVideoMeta* y = gst_buffer_get_video_meta(b);
   if (x == nullptr || y == nullptr) return x == y;
-  return x->offset[0] == y->offset[0] && x->stride[0] == y->stride[0];
+  const guint planes = x->n_planes;
+  return x->format == y->format && planes == y->n_planes &&
+         std::equal(x->offset, x->offset + planes, y->offset) &&
+         std::equal(x->stride, x->stride + planes, y->stride);
+}
+
+bool is_sole_owner(GstBuffer* frame) {
+  return gst_buffer_is_writable(frame) && gst_buffer_is_all_memory_writable(frame);
 }
 
 std::uint64_t BackgroundContent::number_of(GstBuffer* frame) {
-  if (gst_buffer_is_writable(frame) && gst_buffer_is_all_memory_writable(frame)) {
+  if (is_sole_owner(frame)) {
     reset();
     return 0;
   }

@@ -12,6 +12,10 @@ namespace polyhull::element {
 /// Whether both lie in the same memory in the same way.
 bool same_memory(GstBuffer* a, GstBuffer* b);
 
+/// Whether \p frame and its memory are the caller's alone, who may draw into it: nobody else can send
+/// or write it.
+bool is_sole_owner(GstBuffer* frame);
+
 /// Numbers the pictures of frame after frame. For one thread.
 class BackgroundContent {
  public:

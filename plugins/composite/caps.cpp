@@ -37,10 +37,10 @@ GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu) {
   return gst_caps_merge(with_both_memories(shape, background_on_gpu), video);
 }
 
-void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query) {
+void answer_background_caps(GstPad* source, GstQuery* query) {
   GstCaps* filter = nullptr;
   gst_query_parse_caps(query, &filter);
-  g_autoptr(GstCaps) result = gst_pad_get_pad_template_caps(pad);
+  g_autoptr(GstCaps) both = nullptr;
   g_autoptr(GstCaps) peer = gst_pad_peer_query_caps(source, nullptr);
   if (peer && !gst_caps_is_any(peer)) {
     // Of what comes after, only the shape of the picture counts here.
@@ -48,18 +48,19 @@ void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query) {
     for (guint i = 0; i < gst_caps_get_size(peer); ++i) {
       const GstStructure* from = gst_caps_get_structure(peer, i);
       if (!gst_structure_has_name(from, "video/x-raw")) continue;
-      GstStructure* shape =
-          gst_structure_new("video/x-raw", "format", G_TYPE_STRING, "RGBA", nullptr);
+      GstStructure* shape = gst_structure_new_empty("video/x-raw");
       for (const char* field : {"width", "height", "framerate", "pixel-aspect-ratio"}) {
         if (const GValue* value = gst_structure_get_value(from, field))
           gst_structure_set_value(shape, field, value);
       }
       gst_caps_append_structure(shapes, shape);
     }
-    g_autoptr(GstCaps) both = with_both_memories(shapes, false);
-    result = filtered(g_steal_pointer(&result), both);
+    both = with_both_memories(shapes, false);
   }
-  result = filtered(g_steal_pointer(&result), filter);
+  // Whatever the filter's order: what need not be converted comes first.
+  g_autoptr(GstCaps) result = gst_caps_new_empty();
+  for (const char* kind : {picture_caps, converted_caps})
+    gst_caps_append(result, filtered(filtered(gst_caps_from_string(kind), both), filter));
   gst_query_set_caps_result(query, result);
 }
 

@@ -9,14 +9,19 @@
 
 namespace polyhull::element {
 
-/// Of the background.
-inline constexpr char composite_video_caps[] =
+/// Of a background that is taken as it is,
+inline constexpr char picture_caps[] =
     "video/x-raw, format=(string)RGBA, width=(int)[1,16384], height=(int)[1,16384], "
     "framerate=(fraction)[0/1,2147483647/1]; "
     "video/x-raw(memory:GLMemory), format=(string)RGBA, width=(int)[1,16384], "
     "height=(int)[1,16384], framerate=(fraction)[0/1,2147483647/1], texture-target=(string)2D";
 
-/// Of the output: that, and what encoders take. Its colours are told, since what is assumed where
+/// and of one that is converted: whatever GStreamer can.
+inline constexpr char converted_caps[] =
+    "video/x-raw, format=(string)" GST_VIDEO_FORMATS_ALL
+    ", width=(int)[1,16384], height=(int)[1,16384], framerate=(fraction)[0/1,2147483647/1]";
+
+/// Of the output: RGBA, and what encoders take. Its colours are told, since what is assumed where
 /// nothing is said depends on the size.
 inline constexpr char composite_output_caps[] =
     "video/x-raw, format=(string)RGBA, width=(int)[1,16384], height=(int)[1,16384], "
@@ -34,8 +39,8 @@ bool is_gl_caps(const GstCaps* caps);
 /// background's own kind first; after them the video formats in system memory.
 GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu);
 
-/// Answers what the background may be: any memory, with the size and rate that those behind
-/// \p source take.
-void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query);
+/// Answers what the background may be: any memory and format, RGBA first, with the size and rate that
+/// those behind \p source take.
+void answer_background_caps(GstPad* source, GstQuery* query);
 
 }  // namespace polyhull::element

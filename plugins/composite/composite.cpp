@@ -98,7 +98,7 @@ gboolean sink_query(GstAggregator* aggregator, GstAggregatorPad* pad, GstQuery* 
       state_of<Composite>(aggregator).gl.answer(query))
     return TRUE;
   if (!is_mesh_pad(pad) && GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
-    answer_background_caps(GST_PAD(pad), aggregator->srcpad, query);
+    answer_background_caps(aggregator->srcpad, query);
     return TRUE;
   }
   return GST_AGGREGATOR_CLASS(parent_class<Composite>())->sink_query(aggregator, pad, query);
@@ -127,7 +127,8 @@ void take_announcement(Composite& self, GstEvent* event) {
 gboolean take_caps(Composite& self, GstEvent* event) {
   GstCaps* caps = nullptr;
   gst_event_parse_caps(event, &caps);
-  if (!gst_video_info_from_caps(&self.background_info, caps)) return FALSE;
+  if (!self.picture.set_format(caps)) return FALSE;
+  self.background_info = self.picture.info();
   self.background_on_gpu = is_gl_caps(caps);
   GST_DEBUG_OBJECT(self.element, "the background is %" GST_PTR_FORMAT, printed(caps));
   self.height = GST_VIDEO_INFO_HEIGHT(&self.background_info);
@@ -214,7 +215,8 @@ void Composite::class_init(gpointer klass) {
       "used), frames-unwanted (left out because not all can be drawn), frames-lost (with "
       "async-readback, as OpenGL failed), frame-step (every how many frames of the background one "
       "is drawn), passed-through (the background went out untouched), backgrounds-converted (to "
-      "the output's NV12 or I420; one that stays the same is kept), drawn, drawn-by-processor, "
+      "RGBA, and to the output's NV12 or I420; one that stays the same is kept), drawn, "
+      "drawn-by-processor, "
       "rays (traced by it), gl-failures (OpenGL failed, and the processor went on), no-mesh, "
       "meshes, meshes-unusable, meshes-without-surface (nothing of them to draw with "
       "subject=mesh), "
@@ -240,7 +242,8 @@ void Composite::class_init(gpointer klass) {
                "Puts textured visual hulls into the picture of a synthetic scene, with occlusion, "
                "shadow and mirror image");
   add_template(klass, "mesh_%u", GST_PAD_SINK, mesh_caps, type_of<MeshPadState>(), GST_PAD_REQUEST);
-  add_template(klass, "background", GST_PAD_SINK, composite_video_caps, type_of<LivePadState>(),
+  static const std::string any_video = fmt::format("{}; {}", picture_caps, converted_caps);
+  add_template(klass, "background", GST_PAD_SINK, any_video.c_str(), type_of<LivePadState>(),
                GST_PAD_REQUEST);
   add_template(klass, "src", GST_PAD_SRC, composite_output_caps, GST_TYPE_AGGREGATOR_PAD);
   gst_type_mark_as_plugin_api(type_of<MeshPadState>(), static_cast<GstPluginAPIFlags>(0));

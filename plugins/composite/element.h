@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "plugins/common/live/live_aggregator.h"
+#include "plugins/composite/background_picture.h"
 #include "plugins/composite/frame.h"
 
 namespace polyhull::element {
@@ -49,7 +50,8 @@ struct Composite : LiveAggregator {
 
   CompositeGl gl;  // this and the rest belong to the source pad's thread; it guards context queries
   FrameComposer composer{gl, statistics};
-  GstVideoInfo background_info;
+  BackgroundPicture picture{statistics};
+  GstVideoInfo background_info;  // as the picture's: RGBA
   bool background_on_gpu = false;
   GstVideoInfo output_info;
   bool output_on_gpu = false;

@@ -105,13 +105,16 @@ GST_START_TEST(planes_go_through_other_elements) {
     const char* way;
     bool same_view;
   } ways[] = {{"video/x-raw,format=RGBA,width=320,height=180 ! queue", true},
-              {"video/x-raw,format=BGRA,width=320,height=180 ! videoconvert", true},
+              {"video/x-raw,format=BGRA,width=320,height=180 ! videoconvert ! capsfilter "
+               "caps=video/x-raw,format=RGBA",
+               true},
+              {"video/x-raw,format=BGRx,width=320,height=180 ! queue", true},
               {"video/x-raw,format=RGBA,width=640,height=360 ! videoscale", false}};
   for (const auto& [way, same_view] : ways) {
     GstElement* pipeline = parse(
         "composite name=mix backend=processor ! fakesink "
         "scenesrc path=orbit num-buffers=3 light-spacing=.2 light-cache=false ! " +
-        std::string(way) + " ! video/x-raw,format=RGBA,width=320,height=180 ! mix.background " +
+        std::string(way) + " ! video/x-raw,width=320,height=180 ! mix.background " +
         subject_of_three);
     GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
