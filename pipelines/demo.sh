@@ -120,7 +120,7 @@ for picture in "$out"/demo-0[0146].png; do
   [ -f "$picture" ] && sheet+=(--composite "$picture")
 done
 polyhull-report sheet "$out/demo.mesh" -o "$out/demo.png" "${sheet[@]}"
-gst-launch-1.0 -q filesrc location="$out/demo.mesh" blocksize=1073741824 ! \
+gst-launch-1.0 filesrc location="$out/demo.mesh" blocksize=1073741824 ! \
   application/x-polyhull-mesh ! hullexport location="$out/hull.glb"
 polyhull-report coverage "$out/demo.mesh"
 

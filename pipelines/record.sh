@@ -63,7 +63,7 @@ for camera in $cameras; do
   # shellcheck disable=SC2206
   sources+=($store '!' filesink "location=$folder/$camera.$ending")
 done
-gst-launch-1.0 -q "${sources[@]}"
+gst-launch-1.0 "${sources[@]}"
 if $truth; then
   mkdir -p "$folder/truth"
   first=true
@@ -76,7 +76,7 @@ if $truth; then
       multifilesink "location=$folder/truth/$camera-%05d.png")
   done
   say "writing the truth"
-  gst-launch-1.0 -q "${sources[@]}"
+  gst-launch-1.0 "${sources[@]}"
 fi
 say "recorded in $folder: $(du -sh "$folder" | cut -f1)"
 if [ "$codec" = y4m ]; then

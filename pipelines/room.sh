@@ -28,7 +28,7 @@ say "taking pictures of the empty room"
 cameras=""
 for number in 1 2 3 4; do
   camera=cam$number
-  gst-launch-1.0 -q filesrc location="$folder/$camera/background.avi" ! avidemux ! avdec_mpeg4 ! \
+  gst-launch-1.0 filesrc location="$folder/$camera/background.avi" ! avidemux ! avdec_mpeg4 ! \
     videoconvert ! pngenc snapshot=true ! filesink location="$out/room-plate$number.png"
   # The recordings lack two frames each, not the same ones: videorate repeats the one before.
   cameras+=" filesrc location=$folder/$camera/video.avi ! avidemux ! avdec_mpeg4 ! videorate !
@@ -59,7 +59,7 @@ say "${#meshes[@]} hulls, each checked:"
 polyhull-report closed "${meshes[@]}"
 
 cp "$out/room-meshes/200.mesh" "$out/room.mesh"
-gst-launch-1.0 -q filesrc location="$out/room.mesh" blocksize=1073741824 ! \
+gst-launch-1.0 filesrc location="$out/room.mesh" blocksize=1073741824 ! \
   application/x-polyhull-mesh ! hullexport location="$out/room.glb"
 polyhull-report sheet "$out/room.mesh" -o "$out/room.png" \
   --composite "$out/room-0.png" --composite "$out/room-1.png" \
