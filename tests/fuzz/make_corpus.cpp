@@ -10,7 +10,9 @@
 #include "open_packet.h"
 #include "rig/export.h"
 #include "scene/announcement.h"
+#include "scene/scene.h"
 #include "studio/cameras/default_rig.h"
+#include "studio/room/shapes.h"
 #include "take/packing.h"
 #include "track/packet_file.h"
 #include "track/pose_message.h"
@@ -46,6 +48,29 @@ constexpr const char* calibrations[] = {
     "= "
     "[ 0 ; 0 ; 3 ];\n",
     "71 0.5 0.5 0.5 0.5 0 0 3 1 cam 0/1.jpg\n1 2 -1\n2 1 0 0 0 0 0 3 2 cam1\\1.jpg\n\n"};
+
+// A scene as other programs write it, with what is optional.
+constexpr char gltf[] = R"({"asset":{"version":"2.0"},"scene":0,
+"scenes":[{"nodes":[0,4],"extras":{"exposure":0.5}}],
+"nodes":[{"name":"n","mesh":0,"scale":[1,2,1],"rotation":[0,0,0,1],"children":[1,2,3],
+"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}},
+{"camera":0,"translation":[0,1,4]},{"extensions":{"KHR_lights_punctual":{"light":0}},"extras":{"size":[1,1]}},
+{"extensions":{"KHR_lights_punctual":{"light":1}}},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
+"cameras":[{"type":"perspective","perspective":{"yfov":0.7,"znear":0.1,"aspectRatio":1.5}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":2},"indices":1,"material":0,"mode":5}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0}}},
+{"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"},
+{"bufferView":2,"componentType":5121,"normalized":true,"count":3,"type":"VEC2"}],
+"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":4},
+{"buffer":0,"byteOffset":40,"byteLength":10,"byteStride":4}],
+"buffers":[{"byteLength":50,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAAAAAAD/AAAAAP8="}],
+"materials":[{"emissiveFactor":[1,1,1],"pbrMetallicRoughness":{"baseColorTexture":{"index":0,
+"extensions":{"KHR_texture_transform":{"scale":[2,2],"rotation":1,"texCoord":0}}},"roughnessFactor":0},
+"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":5},"KHR_materials_ior":{"ior":1.4}}}],
+"textures":[{"source":0}],"images":[{"uri":"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4z8AAAAMBAQDJ/pLvAAAAAElFTkSuQmCC"}],
+"extensionsUsed":["KHR_lights_punctual"],"extensions":{"KHR_lights_punctual":{"lights":[
+{"type":"spot","spot":{"innerConeAngle":0.1,"outerConeAngle":0.5},"intensity":5},{"type":"directional"}]}}})";
 
 using Packet = polyhull::track_examples::Packet;
 
@@ -95,6 +120,16 @@ int main(int count, char** arguments) {
   write("view", write_view(examples::view("cam0", a)));
   write("mesh", write_mesh(examples::mesh(a, b)));
   write("rig", rig_to_json(default_rig()));
+  write("scene", std::string(gltf), "text");
+  Scene scene;
+  scene.textures.push_back(Picture{2, 2, 4, std::vector<std::uint8_t>(16, 200)});
+  scene.materials.resize(2);
+  scene.materials[0].base_colour_texture = 0;
+  scene.materials[1].emission = Vec3f(3.0f);
+  scene.meshes = {parallelogram("floor", 0, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2}),
+                  parallelogram("lamp", 1, {-1, 2, -1}, {1, 0, 0}, {0, 0, 1})};
+  scene.cameras = {default_rig().cameras[0]};
+  save_scene(scene, (std::filesystem::path(arguments[1]) / "scene" / "binary").string());
   // The first byte tells the fuzzer which reader.
   write("exchange", "0" + exported::kalibr(default_rig()), "kalibr");
   Announcement announcement;
