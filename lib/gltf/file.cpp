@@ -21,9 +21,9 @@ namespace {
 using Json = nlohmann::json;
 
 const char* const known_extensions[] = {
-    "KHR_lights_punctual",   "KHR_materials_ior",      "KHR_materials_emissive_strength",
-    "KHR_texture_transform", "KHR_mesh_quantization",  "KHR_materials_specular",
-    "KHR_materials_unlit",   "EXT_mesh_gpu_instancing"};
+    "KHR_lights_punctual",   "KHR_materials_ior",       "KHR_materials_emissive_strength",
+    "KHR_texture_transform", "KHR_mesh_quantization",   "KHR_materials_specular",
+    "KHR_materials_unlit",   "EXT_mesh_gpu_instancing", "KHR_materials_pbrSpecularGlossiness"};
 
 Error unreadable_gltf(const std::string& path, const std::string& why) {
   return broken_scene(path, "is not a readable glTF 2.0 file: " + why);
@@ -171,6 +171,30 @@ std::vector<tinygltf::Image> read_images(const Json& list) {
   return images;
 }
 
+/// Materials of KHR_materials_pbrSpecularGlossiness, an older form, as glTF's own have them.
+void replace_specular_glossiness(Json& materials) {
+  for (Json& material : materials) {
+    const Json extensions = material.value("extensions", Json::object());
+    const auto found = extensions.find("KHR_materials_pbrSpecularGlossiness");
+    if (found == extensions.end()) continue;
+    Json own{{"metallicFactor", 0.0},
+             {"baseColorFactor", found->value("diffuseFactor", Json{1.0, 1.0, 1.0, 1.0})}};
+    // Where a texture says how glossy the surface is, not all of it is a mirror.
+    if (!found->contains("specularGlossinessTexture"))
+      own["roughnessFactor"] = 1.0 - found->value("glossinessFactor", 1.0);
+    const Json specular = found->value("specularFactor", Json{1.0, 1.0, 1.0});
+    if (found->contains("diffuseTexture")) {
+      own["baseColorTexture"] = (*found)["diffuseTexture"];
+    } else if (own.value("roughnessFactor", 1.0) < 0.05 &&
+               *std::max_element(specular.begin(), specular.end()) > 0.3) {
+      // More than any glass mirrors: metal, in its specular colour.
+      own["metallicFactor"] = 1.0;
+      own["baseColorFactor"] = {specular.at(0), specular.at(1), specular.at(2), 1.0};
+    }
+    material["pbrMetallicRoughness"] = std::move(own);
+  }
+}
+
 /// The model of \p root, which tinygltf understands. It refuses indices without a buffer view, which
 /// sparse ones may be: until it has read them they have one.
 tinygltf::Model read_model(Json& root, const std::string& path) {
@@ -187,6 +211,8 @@ tinygltf::Model read_model(Json& root, const std::string& path) {
     }
   }
   views.push_back({{"buffer", 0}, {"byteLength", 1}});
+  if (const auto materials = root.find("materials"); materials != root.end())
+    replace_specular_glossiness(*materials);
   const std::string text = root.dump();
   tinygltf::TinyGLTF reader;
   tinygltf::Model model;

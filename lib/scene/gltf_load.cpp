@@ -35,7 +35,7 @@ class Loader {
   }
 
   Scene load() {
-    add_materials(source_, scene_);
+    add_materials(source_, scene_, left_out_);
     default_material_ = static_cast<int>(scene_.materials.size());
     scene_.materials.push_back({});
     scene_.materials.back().name = "default";
@@ -48,6 +48,9 @@ class Loader {
     add_distant_lights();
     scene_.mirrors = find_mirrors(scene_);
     set_exposure();
+    if (!model_.animations.empty()) left_out_.insert("animations");
+    for (const std::string& what : left_out_)
+      scene_.left_out += (scene_.left_out.empty() ? "" : ", ") + what;
     return std::move(scene_);
   }
 
@@ -94,10 +97,18 @@ class Loader {
           path_, fmt::format("has a node '{}' with a mesh that does not exist.", node.name));
     const tinygltf::Mesh& mesh = model_.meshes[node.mesh];
     const std::vector<Mat4> instances = instance_transforms(source_, node);
+    const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
+    if (std::any_of(weights.begin(), weights.end(), [](double w) { return w != 0.0; }))
+      left_out_.insert("morphs");
+    if (node.skin >= 0) left_out_.insert("skins (their meshes stand as they were modelled)");
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
       const std::string name = !node.name.empty() ? node.name : mesh.name;
       const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-      if (mode < TINYGLTF_MODE_TRIANGLES) continue;  // points and lines
+      if (mode < TINYGLTF_MODE_TRIANGLES) {
+        left_out_.insert("points and lines");
+        continue;
+      }
+      if (primitive.attributes.contains("COLOR_0")) left_out_.insert("vertex colours");
       SceneMesh out = read_primitive(primitive, mode, name);
       out.material = primitive.material >= 0 ? primitive.material : default_material_;
       if (out.material > default_material_)
@@ -344,6 +355,7 @@ class Loader {
   const std::string& path_;
   GltfSource source_;
   Scene scene_;
+  std::set<std::string> left_out_;
   int default_material_ = 0;
   std::vector<int> roots_;
   std::size_t nodes_visited_ = 0;

@@ -5,6 +5,7 @@
 #include <map>
 #include <string_view>
 
+#include "base/srgb.h"
 #include "gltf/data_uri.h"
 #include "gltf/file.h"
 
@@ -27,9 +28,18 @@ const char* other_picture(std::string_view bytes) {
   return nullptr;
 }
 
+/// The mean of \p picture, which is RGBA and sRGB, in linear light.
+Vec3f mean_of(const Picture& picture) {
+  Vec3 sum(0.0);
+  for (std::size_t i = 0; i < picture.pixels.size(); i += 4)
+    for (int k = 0; k < 3; ++k) sum[k] += srgb_to_linear(picture.pixels[i + k]);
+  return Vec3f(sum / (picture.pixels.size() / 4.0));
+}
+
 class MaterialReader {
  public:
-  MaterialReader(const GltfSource& source, Scene& scene) : source_(source), scene_(scene) {}
+  MaterialReader(const GltfSource& source, Scene& scene, std::set<std::string>& left_out)
+      : source_(source), scene_(scene), left_out_(left_out) {}
 
   void add_material(const tinygltf::Material& in) {
     Material out;
@@ -57,27 +67,49 @@ class MaterialReader {
     }
     out.base_colour = glm::min(out.base_colour, Vec3f(1.0f));
     if (pbr.baseColorTexture.index >= 0)
-      out.base_colour_texture = add_texture(pbr.baseColorTexture, in.name);
+      out.base_colour_texture = add_texture(pbr.baseColorTexture.index, in.name);
+    if (in.emissiveTexture.index >= 0 && out.emission != Vec3f(0.0f)) {
+      out.emission *= mean_glow(in.emissiveTexture.index, in.name);
+      left_out_.insert("emissive textures (a material glows evenly, by its texture's mean)");
+    }
+    if ((!in.alphaMode.empty() && in.alphaMode != "OPAQUE") ||
+        in.extensions.contains("KHR_materials_transmission"))
+      left_out_.insert("transparency");
     scene_.materials.push_back(std::move(out));
   }
 
-  int add_texture(const tinygltf::TextureInfo& info, const std::string& material) {
-    if (static_cast<std::size_t>(info.index) < source_.model.textures.size()) {
-      const tinygltf::Texture& texture = source_.model.textures[info.index];
-      if (texture.source < 0 && !texture.extensions.empty())
-        throw compressed(source_, fmt::format("base colours of material '{}'", material),
-                         texture.extensions.begin()->first);
-    }
-    if (static_cast<std::size_t>(info.index) >= source_.model.textures.size() ||
-        source_.model.textures[info.index].source < 0 ||
-        static_cast<std::size_t>(source_.model.textures[info.index].source) >=
-            source_.model.images.size()) {
+ private:
+  int add_texture(int texture, const std::string& material) {
+    const int image = image_of(texture, material, "base colour");
+    const auto [at, is_new] = textures_.emplace(image, static_cast<int>(scene_.textures.size()));
+    if (is_new) scene_.textures.push_back(decode(image, material));
+    return at->second;
+  }
+
+  Vec3f mean_glow(int texture, const std::string& material) {
+    const int image = image_of(texture, material, "emissive colour");
+    const auto [at, is_new] = glows_.emplace(image, Vec3f(0.0f));
+    if (is_new) at->second = mean_of(decode(image, material));
+    return at->second;
+  }
+
+  /// The image of \p texture, which is the \p kind texture of \p material.
+  int image_of(int texture, const std::string& material, const char* kind) const {
+    const std::vector<tinygltf::Texture>& textures = source_.model.textures;
+    const bool known = static_cast<std::size_t>(texture) < textures.size();
+    if (known && textures[texture].source < 0 && !textures[texture].extensions.empty())
+      throw compressed(source_, fmt::format("{}s of material '{}'", kind, material),
+                       textures[texture].extensions.begin()->first);
+    if (!known || textures[texture].source < 0 ||
+        static_cast<std::size_t>(textures[texture].source) >= source_.model.images.size()) {
       throw broken_scene(
           source_.path,
-          fmt::format("has a material '{}' whose base colour texture does not exist.", material));
+          fmt::format("has a material '{}' whose {} texture does not exist.", material, kind));
     }
-    const int source = source_.model.textures[info.index].source;
-    if (const auto known = textures_.find(source); known != textures_.end()) return known->second;
+    return textures[texture].source;
+  }
+
+  Picture decode(int source, const std::string& material) const {
     const tinygltf::Image& image = source_.model.images[source];
     const bool in_file = !image.uri.empty() && !is_data_uri(image.uri);
     const std::string name = in_file              ? address_name(image.uri)
@@ -107,23 +139,21 @@ class MaterialReader {
                   "Scene '{}': the {} is {}, not a readable PNG or JPEG. Save it as one of these.",
                   source_.path, what, kind);
     }
-    scene_.textures.push_back(decode_picture({bytes.data, bytes.size}, 4,
-                                             fmt::format("{} of scene '{}'", what, source_.path)));
-    const int index = static_cast<int>(scene_.textures.size()) - 1;
-    textures_[source] = index;
-    return index;
+    return decode_picture({bytes.data, bytes.size}, 4,
+                          fmt::format("{} of scene '{}'", what, source_.path));
   }
 
- private:
   const GltfSource& source_;
   Scene& scene_;
+  std::set<std::string>& left_out_;
   std::map<int, int> textures_;  // glTF image to Scene::textures
+  std::map<int, Vec3f> glows_;   // and to its mean
 };
 
 }  // namespace
 
-void add_materials(const GltfSource& source, Scene& scene) {
-  MaterialReader reader(source, scene);
+void add_materials(const GltfSource& source, Scene& scene, std::set<std::string>& left_out) {
+  MaterialReader reader(source, scene, left_out);
   for (const tinygltf::Material& material : source.model.materials) reader.add_material(material);
 }
 

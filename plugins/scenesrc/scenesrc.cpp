@@ -130,7 +130,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const LoopWatch loops;
     const std::string said = stream.background().light_not_kept();
     if (!stream.is_lit())
-      if (const std::string why = stream.without_light(snapshot(push, self.settings)); !why.empty())
+      if (const std::string why = stream.about_scene(snapshot(push, self.settings)); !why.empty())
         statistics.warn(GST_ELEMENT(push), "warnings", why);
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {

@@ -77,19 +77,24 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
       light_factor(settings, assumed_));
 }
 
-std::string SceneStream::without_light(const SceneSettings& settings) const {
-  if (!assumed_) return {};
-  const std::string& name = background_->scene().name;
-  if (!settings.assumed_light)
-    return fmt::format(
+std::string SceneStream::about_scene(const SceneSettings& settings) const {
+  const Scene& scene = background_->scene();
+  std::string said;
+  if (assumed_ && !settings.assumed_light)
+    said = fmt::format(
         "The scene '{}' holds no light, and none is assumed: it is dark. Give it a lamp, sun or "
         "glowing plane, or set assumed-light=true.",
-        name);
-  return fmt::format(
-      "The scene '{}' holds no light: an even sky and a sun from the right above the front are "
-      "assumed, which do not reach into closed rooms. Give it a lamp, sun or glowing plane, or set "
-      "assumed-light=false to have it dark.",
-      name);
+        scene.name);
+  else if (assumed_)
+    said = fmt::format(
+        "The scene '{}' holds no light: an even sky and a sun from the right above the front are "
+        "assumed, which do not reach into closed rooms. Give it a lamp, sun or glowing plane, or "
+        "set assumed-light=false to have it dark.",
+        scene.name);
+  if (!scene.left_out.empty())
+    said += fmt::format("{}Of the scene '{}' are not drawn as its file says: {}.",
+                        said.empty() ? "" : " ", scene.name, scene.left_out);
+  return said;
 }
 
 std::string SceneStream::clipped(const SceneSettings& settings) {

@@ -41,8 +41,8 @@ class SceneStream {
   /// \p due; true when the picture has become better.
   bool refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due);
 
-  /// What is to be said of a scene that has no light; empty: it has some.
-  std::string without_light(const SceneSettings& settings) const;
+  /// What is to be said of a scene without light, or of which parts are not drawn; empty: nothing.
+  std::string about_scene(const SceneSettings& settings) const;
 
   /// What is to be said, once, of a picture most of which is white for being exposed too long; empty:
   /// it is not.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/picture.h"
+#include "base/srgb.h"
 #include "scene/assumed_light.h"
 #include "scene_file.h"
 
@@ -374,6 +375,67 @@ TEST_F(GltfFiles, PicturesInFilesByAnySpellingOfTheirNames) {
   root["buffers"][0]["uri"] = "nowhere.bin";
   EXPECT_TRUE(
       contains(failure(write(root)), "the file 'nowhere.bin' with its buffer 0 is missing"));
+}
+
+TEST_F(GltfFiles, EmissiveTexturesGlowByTheirMean) {
+  const Picture half{2, 1, 3, {255, 0, 0, 0, 0, 128}};
+  json root = textured_file({{"uri", "data:image/png;base64," + base64(raw(encode_png(half)))}});
+  json& material = root["materials"][0];
+  material["emissiveFactor"] = {1.0, 1.0, 0.5};
+  EXPECT_EQ(load_scene(write(root)).materials[0].emission, Vec3f(1.0f, 1.0f, 0.5f));
+  material["emissiveTexture"] = {{"index", 0}};
+  material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 4.0;
+  const Scene scene = load_scene(write(root));
+  EXPECT_EQ(scene.materials[0].emission, Vec3f(2.0f, 0.0f, srgb_to_linear(128)));
+  EXPECT_TRUE(contains(scene.left_out, "emissive textures")) << scene.left_out;
+  EXPECT_EQ(scene.textures.size(), 1u);
+  material["emissiveTexture"]["index"] = 3;
+  EXPECT_TRUE(contains(failure(write(root)), "whose emissive colour texture does not exist"));
+  material["emissiveFactor"] = {0.0, 0.0, 0.0};
+  EXPECT_EQ(failure(write(root)), "");
+}
+
+TEST_F(GltfFiles, SpecularGlossinessIsReadAsGltfsOwnMaterials) {
+  json root = textured_file({{"uri", "data:image/png;base64," + red_pixel}});
+  json& material = root["materials"][0];
+  const auto read = [&](const json& extension) {
+    material["pbrMetallicRoughness"] = json::object();
+    material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = extension;
+    root["extensionsUsed"] = root["extensionsRequired"] = {"KHR_materials_pbrSpecularGlossiness"};
+    return load_scene(write(root));
+  };
+  const json texture = {{"index", 0}, {"texCoord", 1}};
+  const Scene scene = read({{"diffuseTexture", texture},
+                            {"diffuseFactor", {0.5, 0.25, 1.0, 1.0}},
+                            {"specularGlossinessTexture", texture}});
+  EXPECT_EQ(scene.textures.size(), 1u);
+  EXPECT_EQ(scene.materials[0].base_colour_texture, 0);
+  EXPECT_EQ(scene.materials[0].base_colour, Vec3f(0.5f, 0.25f, 1.0f));
+  EXPECT_EQ(scene.materials[0].roughness, 1.0f);
+  EXPECT_EQ(scene.materials[0].metallic, 0.0f);
+  const Material matt =
+      read({{"glossinessFactor", 0.25}, {"diffuseFactor", {0, 0.5, 0, 1}}}).materials[0];
+  EXPECT_EQ(matt.base_colour, Vec3f(0.0f, 0.5f, 0.0f));
+  EXPECT_EQ(matt.roughness, 0.75f);
+  const Material mirror =
+      read({{"specularFactor", {0.9, 0.6, 0.3}}, {"diffuseFactor", {0, 0, 0, 1}}}).materials[0];
+  EXPECT_TRUE(mirror.only_mirrors());
+  EXPECT_EQ(mirror.f0(), Vec3f(0.9f, 0.6f, 0.3f));
+  material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"specularFactor", {0.9}}};
+  EXPECT_NE(failure(write(root)), "");
+}
+
+TEST_F(GltfFiles, WhatIsNotDrawnIsSaid) {
+  json root = textured_file({{"uri", "data:image/png;base64," + red_pixel}});
+  EXPECT_EQ(load_scene(write(root)).left_out, "");
+  root["materials"][0]["alphaMode"] = "MASK";
+  root["nodes"][0]["skin"] = 0;
+  root["skins"] = json::array({{{"joints", {0}}}});
+  root["animations"] = json::array({{{"channels", json::array()}, {"samplers", json::array()}}});
+  attributes(root)["COLOR_0"] = 0;
+  EXPECT_EQ(load_scene(write(root)).left_out,
+            "animations, skins (their meshes stand as they were modelled), transparency, vertex "
+            "colours");
 }
 
 TEST_F(GltfFiles, CompressedWithoutFallbackIsRefusedByName) {
