@@ -273,6 +273,98 @@ TEST(RigImportPrograms, OpenCvsFiles) {
   refuses(lens("0.01"), "tilt the sensor");
 }
 
+TEST(RigImportPrograms, OpenCvsLensesUnderOtherNames) {
+  const std::string path = empty_folder() + "/cam0.yml";
+  Rig truth = with_lenses();
+  truth.cameras.resize(1);
+  const std::string usual = "distortion_coefficients: ";
+  for (const std::string name :
+       {"distortion", "kc", "distortion_parameters", "dist", "distCoeffs", "Distortion_Vector"}) {
+    opencv_file(path, [&](const std::string& file) { return with(file, usual, name + ": "); });
+    const Rig rig = import::opencv({path}, {});
+    expect_same(rig, truth);
+    EXPECT_EQ(rig.cameras[0].distortion, truth.cameras[0].distortion) << name;
+  }
+  const auto without = [&](const std::string& instead) {
+    opencv_file(path, [&](const std::string& file) {
+      const std::size_t from = file.find(usual), to = file.find("R:");
+      return file.substr(0, from) + instead + file.substr(to);
+    });
+    return import::opencv({path}, {}).cameras[0].distortion;
+  };
+  EXPECT_EQ(without("k1: -0.1\nk2: 0.02\np1: 1\n"), (std::vector<double>{-0.1, 0.02, 1, 0}));
+  EXPECT_EQ(without("k1: -0.1\nk3: 0.02\n"), (std::vector<double>{-0.1, 0, 0, 0, 0.02}));
+  EXPECT_EQ(without("distance: 3\ndistortion_model: plumb_bob\n"), std::vector<double>());
+  expect_refused([&] { without("k1: 0.1\nk2: 0.1\nk3: 0.1\nk4: 0.1\n"); }, "cam0.yml, line 13: k4");
+  const std::string matrix =
+      ": !!opencv-matrix\n   rows: 1\n   cols: 4\n   dt: d\n"
+      "   data: [ 0.1, 0., 0., 0. ]\n";
+  expect_refused([&] { without("lens_dist" + matrix); }, "line 10: lens_dist looks like");
+  expect_refused([&] { without(usual.substr(0, usual.size() - 2) + matrix + "xi: 1.5\n"); },
+                 "line 15: xi is of OpenCV's omnidirectional model");
+}
+
+TEST(RigImportPrograms, OpenCvsStereoPairs) {
+  const std::string folder = empty_folder();
+  Rig truth = with_lenses();
+  truth.cameras.resize(2);
+  Camera &left = truth.cameras[0], &right = truth.cameras[1];
+  const Mat3 R = right.R * glm::transpose(left.R);
+  const Vec3 T = right.t - R * left.t;
+  const auto matrix = [](const std::string& name, int columns, const auto& values) {
+    std::string numbers;
+    for (const double value : values)
+      numbers += fmt::format("{}{:.17e}", numbers.empty() ? "" : ", ", value);
+    return fmt::format("{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
+                       name, values.size() / columns, columns, numbers);
+  };
+  const std::string pose = matrix("R", 3, to_rows(R)) +
+                           matrix("T", 1, std::array<double, 3>{T.x, T.y, T.z}) +
+                           matrix("R1", 3, to_rows(Mat3(1.0)));
+  const std::string size = "image_width: 1024\nimage_height: 768\n";
+  left.R = Mat3(1.0);
+  left.t = Vec3(0.0);
+  right.R = R;
+  right.t = T;
+  left.name = "left";
+  right.name = "right";
+  const auto files = [&](const std::vector<std::string>& texts) {
+    std::vector<std::string> paths;
+    for (const std::string& text : texts) {
+      paths.push_back(fmt::format("{}/{}.yml", folder, paths.size()));
+      write_text("%YAML:1.0\n---\n" + text, paths.back());
+    }
+    return import::opencv(paths, {});
+  };
+  const auto lenses = [&](const std::array<std::string, 4>& names) {
+    return size + matrix(names[0], 3, to_rows(left.K)) + matrix(names[1], 4, left.distortion) +
+           matrix(names[2], 3, to_rows(right.K)) + matrix(names[3], 4, right.distortion);
+  };
+  for (const std::array<std::string, 4>& names :
+       {std::array<std::string, 4>{"M1", "D1", "M2", "D2"},
+        {"K1", "D1", "K2", "D2"},
+        {"cameraMatrix1", "distCoeffs1", "cameraMatrix2", "distCoeffs2"},
+        {"camera_matrix_left", "dist_coeffs_left", "camera_matrix_right", "dist_coeffs_right"},
+        {"left_K", "left_D", "right_K", "right_D"},
+        {"K0", "D0", "K1", "D1"}}) {
+    for (const Rig& rig : {files({lenses(names) + pose}), files({lenses(names), pose}),
+                           files({pose, lenses(names)})}) {
+      expect_same(rig, truth);
+      EXPECT_EQ(rig.cameras[1].distortion, right.distortion);
+    }
+  }
+  const std::string usual = lenses({"M1", "D1", "M2", "D2"});
+  expect_refused([&] { files({usual}); }, "0.yml: no rotation");
+  expect_refused([&] { files({usual + pose, usual + pose}); }, "give one pair");
+  expect_refused([&] { files({usual + matrix("M3", 3, to_rows(left.K)) + pose}); },
+                 "more than two cameras");
+  expect_refused(
+      [&] {
+        files({lenses({"M1", "dist_a", "M2", "D2"}) + pose});
+      },
+      "dist_a looks like a lens's distortion");
+}
+
 TEST(RigImportPrograms, BouguetsBoards) {
   const std::string folder = empty_folder();
   const std::string text =

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -17,11 +18,26 @@ namespace {
 using Names = std::initializer_list<const char*>;
 
 // By File::node_of(), which does not heed capitals and underscores.
-constexpr Names matrix_names = {"camera_matrix", "K", "M", "intrinsics"};
-constexpr Names distortion_names = {"distortion_coefficients", "distortion_coeffs", "dist_coeffs",
+constexpr Names matrix_names = {"camera_matrix", "K", "M", "intrinsics", "intrinsic_matrix"};
+constexpr Names distortion_names = {"distortion_coefficients",
+                                    "distortion_coeffs",
+                                    "distortion_coeff",
+                                    "dist_coeffs",
+                                    "dist_coeff",
+                                    "distortion_parameters",
+                                    "distortion",
+                                    "distortion_vector",
+                                    "dist",
+                                    "kc",
                                     "D"};
 constexpr Names rotation_names = {"rotation", "R", "rvec"};
 constexpr Names translation_names = {"translation", "T", "t", "tvec"};
+
+// What tells the cameras of a stereo pair apart, behind or before such a name.
+struct Labels {
+  const char *left, *right;
+};
+constexpr Labels stereo_labels[] = {{"1", "2"}, {"left", "right"}, {"l", "r"}, {"0", "1"}};
 
 // Lower case, without what joins words: image_Width and imageWidth are the same.
 std::string plain_name(std::string_view name) {
@@ -71,9 +87,9 @@ class File {
 
   bool has(const char* name) const { return !storage_[name].empty(); }
 
-  // The first of the names that is there, as doubles; empty where none is.
-  cv::Mat find(Names names) const {
-    const cv::FileNode node = node_of(names);
+  // The first of the names that is there, with \p label, as doubles; empty where none is.
+  cv::Mat find(Names names, const std::string& label = "") const {
+    const cv::FileNode node = node_of(names, label);
     if (node.empty()) return {};
     // OpenCV takes memory for all that a matrix says it has before it looks how much there is.
     constexpr double most_numbers = 1000.0;
@@ -97,11 +113,12 @@ class File {
     return result.isContinuous() ? result : result.clone();
   }
 
-  cv::Mat need(Names names, std::initializer_list<std::size_t> sizes, const char* what) const {
-    const cv::Mat found = find(names);
+  cv::Mat need(Names names, std::initializer_list<std::size_t> sizes, const char* what,
+               const std::string& label = "") const {
+    const cv::Mat found = find(names, label);
     if (found.empty()) {
       std::string list;
-      for (const char* name : names) list += (list.empty() ? "" : ", ") + std::string(name);
+      for (const char* name : names) list += (list.empty() ? "" : ", ") + (name + label);
       fail(fmt::format("no {}; looked for {}", what, list));
     }
     const std::size_t count = found.total() * static_cast<std::size_t>(found.channels());
@@ -109,8 +126,38 @@ class File {
     std::string expected;
     for (const std::size_t size : sizes)
       expected += (expected.empty() ? "" : " or ") + std::to_string(size);
-    fail_in(node_of(names),
+    fail_in(node_of(names, label),
             fmt::format("the {} has {} numbers, expected {}", what, count, expected));
+  }
+
+  // Coefficients that are numbers of their own.
+  std::vector<double> single_coefficients() const {
+    std::vector<double> values;
+    std::size_t used = 0;
+    for (const char* name : {"k1", "k2", "p1", "p2", "k3"}) {
+      const cv::FileNode node = storage_[name];
+      const bool is_number = node.isInt() || node.isReal();
+      values.push_back(is_number ? static_cast<double>(node) : 0.0);
+      if (is_number) used = std::max<std::size_t>(values.size(), 4);
+    }
+    if (used > 0 && has("k4"))
+      fail_in(
+          storage_["k4"],
+          "k4 is of another lens model than k1 k2 p1 p2 k3; give the coefficients as one matrix "
+          "distortion_coefficients, in OpenCV's order");
+    values.resize(used);
+    return values;
+  }
+
+  // Throws where coefficients stand under a name that is not read.
+  void refuse_unread_distortion() const {
+    for (const cv::FileNode& node : storage_.root())
+      if ((node.isMap() || node.isSeq()) &&
+          plain_name(node.name()).find("dist") != std::string::npos &&
+          !std::ranges::count(read_, node.name()))
+        fail_in(node, fmt::format("{} looks like a lens's distortion, and is under no name that is "
+                                  "read; call it distortion_coefficients, or take it out",
+                                  node.name()));
   }
 
   int whole(Names names) const {
@@ -158,13 +205,21 @@ class File {
     return matrix && other && !tagged;
   }
 
-  // By their exact names, else (but for single letters) as people spell them.
-  cv::FileNode node_of(Names names) const {
+  // By their exact names, else (but for single letters without a label) as people spell them.
+  cv::FileNode node_of(Names names, const std::string& label = "") const {
+    const auto found = [&](const cv::FileNode& node) {
+      read_.push_back(node.name());
+      return node;
+    };
     for (const char* name : names)
-      if (has(name)) return storage_[name];
+      if (label.empty() && has(name)) return found(storage_[name]);
     for (const char* name : names)
-      for (const cv::FileNode& node : storage_.root())
-        if (name[1] != '\0' && plain_name(node.name()) == plain_name(name)) return node;
+      for (const cv::FileNode& node : storage_.root()) {
+        if (label.empty() ? name[1] == '\0' : !node.isMap()) continue;  // k1 is a number, K1 none
+        const std::string plain = plain_name(node.name());
+        if (plain == plain_name(name + label) || plain == plain_name(label + name))
+          return found(node);
+      }
     return {};
   }
 
@@ -184,6 +239,14 @@ class File {
     if (flag.isString()) set = static_cast<std::string>(flag);
     if (!set.empty() && set != "0" && plain_name(set) != "false" && plain_name(set) != "no")
       refuse(flag, set);
+    for (const char* name : {"xi", "xi_1", "xi1"})
+      if (has(name))
+        fail_in(storage_[name],
+                fmt::format("{} is of OpenCV's omnidirectional model (cv::omnidir), whose "
+                            "coefficients are not those of its ordinary one (k1 k2 p1 p2 k3). "
+                            "Undistort the pictures first (cv::omnidir::undistortImage) and "
+                            "calibrate these",
+                            name));
     const cv::FileNode model =
         node_of({"distortion_model", "camera_model", "model_type", "model", "distortion_type"});
     if (!model.isString()) return;
@@ -194,6 +257,7 @@ class File {
 
   std::string path_, text_;
   cv::FileStorage storage_;
+  mutable std::vector<std::string> read_;  // names of nodes
 };
 
 Mat3 matrix(const cv::Mat& m) {
@@ -218,11 +282,13 @@ void set_size(Camera& camera, const File& file, const Options& options) {
     file.fail("it does not say the pictures' size; give it with --size WIDTHxHEIGHT");
 }
 
-void set_intrinsics(Camera& camera, const File& file, Names matrix_name, Names distortion_name) {
-  camera.K = matrix(file.need(matrix_name, {9}, "camera matrix"));
-  const cv::Mat distortion = file.find(distortion_name);
+void set_intrinsics(Camera& camera, const File& file, const std::string& label = "") {
+  camera.K = matrix(file.need(matrix_names, {9}, "camera matrix", label));
+  const cv::Mat distortion = file.find(distortion_names, label);
   const double* values = distortion.ptr<double>();
   camera.distortion.assign(values, values + distortion.total());
+  if (distortion.empty() && label.empty()) camera.distortion = file.single_coefficients();
+  if (camera.distortion.empty()) file.refuse_unread_distortion();
   // The last two of OpenCV's 14 tilt the sensor; calibrations that do not use them hold zeros.
   if (camera.distortion.size() != 14) return;
   if (camera.distortion[12] != 0.0 || camera.distortion[13] != 0.0)
@@ -236,7 +302,7 @@ Camera read_opencv_camera(const std::string& path, const Options& options) {
   const File file(path);
   Camera camera;
   set_size(camera, file, options);
-  set_intrinsics(camera, file, matrix_names, distortion_names);
+  set_intrinsics(camera, file);
   if (file.find(rotation_names).empty()) file.refuse_board_poses();
   camera.R = rotation(file.need(rotation_names, {3, 9}, "rotation"));
   camera.t = vector(file.need(translation_names, {3}, "translation"));
@@ -244,25 +310,49 @@ Camera read_opencv_camera(const std::string& path, const Options& options) {
 }
 
 // The first camera is the world's origin.
-Rig stereo_pair(const File& intrinsics, const File& extrinsics, const Options& options) {
+Rig stereo_pair(const File& intrinsics, const Labels& labels, const File& extrinsics,
+                const Options& options) {
   Rig rig;
   rig.cameras.resize(2);
   for (Camera& camera : rig.cameras) set_size(camera, intrinsics, options);
   rig.cameras[0].name = "left";
-  set_intrinsics(rig.cameras[0], intrinsics, {"M1"}, {"D1"});
+  set_intrinsics(rig.cameras[0], intrinsics, labels.left);
   rig.cameras[1].name = "right";
-  set_intrinsics(rig.cameras[1], intrinsics, {"M2"}, {"D2"});
-  rig.cameras[1].R = rotation(extrinsics.need({"R"}, {3, 9}, "rotation"));
-  rig.cameras[1].t = vector(extrinsics.need({"T"}, {3}, "translation"));
+  set_intrinsics(rig.cameras[1], intrinsics, labels.right);
+  rig.cameras[1].R = rotation(extrinsics.need(rotation_names, {3, 9}, "rotation"));
+  rig.cameras[1].t = vector(extrinsics.need(translation_names, {3}, "translation"));
   return rig;
+}
+
+// How \p file tells a stereo pair's lenses apart; null: it holds none.
+const Labels* labels_in(const File& file) {
+  const auto has = [&](const char* label) { return !file.find(matrix_names, label).empty(); };
+  if (has("1") && has("2") && (has("0") || has("3")))
+    file.fail("it holds more than two cameras; give a file for each, with its R and T");
+  for (const Labels& labels : stereo_labels)
+    if (has(labels.left) && has(labels.right)) return &labels;
+  return nullptr;
+}
+
+// Of one file, or of a pair's lenses in one and where it stands in the other; nothing: they hold
+// none.
+std::optional<Rig> stereo_pair_in(const std::vector<std::string>& files, const Options& options) {
+  if (files.size() > 2) return std::nullopt;
+  const File first(files.front()), last(files.back());
+  const Labels *of_first = labels_in(first), *of_last = labels_in(last);
+  if (files.size() == 2 && of_first && of_last)
+    last.fail("it holds a stereo pair's lenses, as the file before it does; give one pair");
+  if (of_first) return stereo_pair(first, *of_first, last, options);
+  if (of_last) return stereo_pair(last, *of_last, first, options);
+  return std::nullopt;
 }
 
 }  // namespace
 
 Rig opencv(const std::vector<std::string>& files, const Options& options) {
   Rig rig;
-  if (files.size() == 2 && File(files[0]).has("M1") && File(files[1]).has("T")) {
-    rig = stereo_pair(File(files[0]), File(files[1]), options);
+  if (auto pair = stereo_pair_in(files, options)) {
+    rig = *std::move(pair);
   } else {
     const std::vector<std::string> names = names_of(files);
     for (std::size_t i = 0; i < files.size(); ++i) {
