@@ -11,7 +11,7 @@
 namespace polyhull {
 
 /// Points of the floor from a text file: lines of "POINT CAMERA U V" (a name for the point, the
-/// camera, the pixel), in the order of the points' first lines. '#' begins a comment. Throws Error
+/// camera, the pixel; names may have blanks), in the order of the points' first lines. '#' begins a comment. Throws Error
 /// naming the line.
 std::vector<Vec3> read_floor_points(const std::string& path, const Rig& rig);
 

@@ -53,7 +53,7 @@ Rig import_rig(const ImportArguments& arguments) {
   if (arguments.format == "text") return import::text(only_file(arguments), arguments.options);
   if (arguments.format == "opencv") return import::opencv(arguments.files, arguments.options);
   if (arguments.format == "bouguet") return import::bouguet(arguments.files, arguments.options);
-  if (arguments.format == "kalibr") return import::kalibr(only_file(arguments));
+  if (arguments.format == "kalibr") return import::kalibr(only_file(arguments), arguments.options);
   if (arguments.format == "opentrackio")
     return import::opentrackio(arguments.files, arguments.options);
   return import::colmap(only_file(arguments), arguments.options);

@@ -41,15 +41,16 @@ Rig middlebury(const std::string& file, const Options& options);
 /// Plain 3x4 projection matrices, row by row: 12 numbers per line, or three lines of four, any
 /// number of matrices in a file; blanks, commas or semicolons between numbers, decimal commas and
 /// Matlab's brackets as in rows_of() (import/lines.h). Headings, which begin with a word and hold
-/// fewer than three numbers, are skipped, and so is a fourth row 0 0 0 1.
+/// fewer than three numbers, are skipped, and so is a fourth row 0 0 0 1, on a line of its own or as the last of 16 numbers.
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options);
 
 /// "name K(9) distortion(5) R(9) t(3)" per line, read by rows_of(); the name may have blanks.
 Rig text(const std::string& file, const Options& options);
 
 /// OpenCV XML or YAML, one file per camera (matrix, distortion, rotation as matrix or Rodrigues
-/// vector, translation under their usual names), or a stereo pair's intrinsics (M1 D1 M2 D2) and
-/// extrinsics (R T). Files are named by distinct_names().
+/// vector, translation under their usual names), or a stereo pair's intrinsics (M1 D1 M2 D2, or other
+/// names with 1 and 2, left and right) and extrinsics (R T), in one file or two of any order. Files
+/// are named by distinct_names().
 Rig opencv(const std::vector<std::string>& files, const Options& options);
 
 /// Bouguet's Calib_Results.m, one file per camera, named like opencv()'s. The world is the board's
@@ -63,14 +64,14 @@ Rig bouguet(const std::vector<std::string>& files, const Options& options);
 /// several instants, the first is taken, with a note.
 Rig colmap(const std::string& folder, const Options& options);
 
-/// Kalibr's camchain.yaml, without distortion or with its radtan model: camN, with any first N and
-/// no gap. Cameras are named after their topics (/NAME/image_raw), else after their keys, and so all
+/// Kalibr's camchain.yaml, without distortion or with its radtan model (also called plumb_bob, and
+/// with more of OpenCV's coefficients): camN, with any first N and no gap. Cameras are named after their topics (/NAME/image_raw), else after their keys, and so all
 /// where two names are the same. The world is that of T_cam_imu (or T_imu_cam, the way back) where
 /// every camera has one, else the first camera's, from which T_cn_cnm1 lead on.
-Rig kalibr(const std::string& file);
+Rig kalibr(const std::string& file, const Options& options);
 
 /// Like kalibr() on text; \p source names it in messages.
-Rig parse_kalibr(const std::string& text, const std::string& source);
+Rig parse_kalibr(const std::string& text, const std::string& source, const Options& options = {});
 
 /// OpenTrackIO samples (JSON), one file per camera, named by static.camera.label where all differ,
 /// else like opencv()'s. Metres, z up; lenses by the OpenLensIO model from undistorted to distorted.

@@ -423,9 +423,34 @@ TEST_F(CalibrateTool, FloorPointsNameWhatIsWrong) {
   EXPECT_NE(refused("a cam0 1").find("line 1: expected POINT CAMERA U V"), std::string::npos);
   EXPECT_NE(refused("# x\na nobody 1 2").find("line 2: there is no camera 'nobody'"),
             std::string::npos);
+  EXPECT_NE(refused("a cam0 1 2 x").find("line 1: expected POINT CAMERA U V"), std::string::npos);
+  EXPECT_NE(refused("a cam0 1 2 3").find("no camera 'cam0 1'"), std::string::npos);
+  EXPECT_NE(refused("cam0 1 2").find("line 1: expected"), std::string::npos);
+  EXPECT_NE(refused("acam0 cam 1 2").find("no camera 'cam'"), std::string::npos);
   EXPECT_NE(refused("a cam0 nan 2").find("line 1"), std::string::npos);
   EXPECT_NE(refused("a cam0 5 5\na cam1 9 9\nb cam0 1 2").find("point 'b'"), std::string::npos);
   EXPECT_NE(refused("a cam0 5 5\na cam0 5 5").find("point 'a'"), std::string::npos);
+}
+
+TEST_F(CalibrateTool, FloorPointsOfCamerasWithBlanks) {
+  Rig rig = default_rig();
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i)
+    rig.cameras[i].name = fmt::format("Stage Cam ({})", i + 1);
+  rig.cameras[1].name = "Cam (1)";
+  rig.cameras[2].name = "cam#3";
+  std::string text = "# marks\r\n";
+  const Vec3 marks[] = {{0.5, 0.0, 0.25}, {-0.5, 0.0, 0.25}};
+  for (int m = 0; m < 2; ++m)
+    for (int i = 0; i < 3; ++i) {
+      const Vec2 p = *rig.cameras[i].project(marks[m]);
+      text += fmt::format("mark {}\t{}  {:.17g} {:.17g} # seen well\r\n", m, rig.cameras[i].name,
+                          p.x, p.y);
+    }
+  const std::string path = (folder_ / "points.txt").string();
+  std::ofstream(path) << text;
+  const std::vector<Vec3> found = read_floor_points(path, rig);
+  ASSERT_EQ(found.size(), 2u);
+  for (int m = 0; m < 2; ++m) EXPECT_LT(glm::length(found[m] - marks[m]), 1e-9);
 }
 
 TEST_F(CalibrateTool, PicturesOfOneInstantShareNameOrNumber) {

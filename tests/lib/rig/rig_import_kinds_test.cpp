@@ -117,7 +117,8 @@ TEST(RigImportKinds, EveryFormatAsOtherSystemsSaveIt) {
                 [&](const std::string&) { return import::colmap(folder, {}); });
   in_all_ways("cam0.yml", read_text(folder + "/cam0.yml"), one,
               [](const std::string& path) { return import::opencv({path}, {}); });
-  in_all_ways("chain.yaml", exported::kalibr(truth), truth, import::kalibr);
+  in_all_ways("chain.yaml", exported::kalibr(truth), truth,
+              [](const std::string& path) { return import::kalibr(path, {}); });
   in_all_ways("rig.json", rig_to_json(truth), truth, load_rig);
   in_all_ways("P.txt", matrices(truth), truth,
               [](const std::string& path) { return import::projection_matrices({path}, sized()); });
@@ -134,7 +135,7 @@ TEST(RigImportKinds, MatricesOfSpreadsheetsAndPrograms) {
   const std::string plain = matrices(truth);
   const std::string decimal = with(plain, ".", ",");
   std::string fortran = with(with(plain, "e+", "D+"), "e-", "d-");
-  std::string matlab, rows, numpy, four;
+  std::string matlab, rows, numpy, four, square;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto p = projection(truth.cameras[i]);
     const auto row = [&](int r, const char* separator) {
@@ -147,13 +148,15 @@ TEST(RigImportKinds, MatricesOfSpreadsheetsAndPrograms) {
                         row(1, ","), row(2, " "));
     numpy += fmt::format("P{} = np.array([[{}],\n  [{}],\n  [{}]])\n", i, row(0, ", "),
                          row(1, ", "), row(2, ", "));
+    square += fmt::format("{} {} {} 0 0 0 1\n", row(0, " "), row(1, " "), row(2, " "));
     four += fmt::format("Camera {}\n{}\n{}\n{}\n0.0 0.0 0.0 1.0\n\n", i, row(0, "\t"), row(1, "\t"),
                         row(2, "\t"));
   }
   for (const std::string& text :
        {plain, fortran, decimal, with(decimal, " ", ";"), with(decimal, " ", "\t"), matlab, rows,
-        numpy, four, matrices(truth, "{:.12e}", ","), matrices(truth, "{:.12e}", ", "),
-        matrices(truth, "{:.12e}", "; "), "P11,P12,P13\n" + matrices(truth, "\"{:.12e}\"", ","),
+        numpy, four, square, with(square, " ", ";"), matrices(truth, "{:.12e}", ","),
+        matrices(truth, "{:.12e}", ", "), matrices(truth, "{:.12e}", "; "),
+        "P11,P12,P13\n" + matrices(truth, "\"{:.12e}\"", ","),
         matrices(truth, "{:.12e}", ",") + "# the end, 1 2 3\n"}) {
     SCOPED_TRACE(text);
     expect_same(from_matrices(text), truth, 1e-8);
@@ -165,6 +168,7 @@ TEST(RigImportKinds, MatricesOfSpreadsheetsAndPrograms) {
   refuses("cam0 " + plain, "P.txt, line 1: 'cam0' is not a number");
   refuses("1 0 0 0\nhalf\n0 1 0 0\n0 0 1 0\n", "P.txt, line 2: a projection matrix is cut short");
   refuses("1 0 0 1,5\n", "P.txt: the last projection matrix is not complete");
+  refuses(with(square, " 0 0 0 1", " 0 0 1 1"), "found 16");
   refuses("1 0 0 1e999\n", "P.txt, line 1: '1e999' is not finite");
   // What has the wrong handedness, and why.
   refuses(matrices(truth, "{:.12e}", " ", Vec3(1, -1, -1)),

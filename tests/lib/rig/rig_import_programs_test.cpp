@@ -45,7 +45,10 @@ TEST(RigImportPrograms, ColmapsNamesWithBlanksAndFolders) {
                                                         {"left eye, #%d.JPG", "left eye, #%d"},
                                                         {"cam%d/000001.jpg", "cam%d"},
                                                         {"take 2\\cam %d\\000001.jpg", "cam %d"},
-                                                        {"a/%d.jpg", "%d"}}) {
+                                                        {"a/%d.jpg", "%d"},
+                                                        {"cam%d/images/000001.jpg", "cam%d"},
+                                                        {"cam%d/GX01002%d.jpg", "cam%d"},
+                                                        {"t/cam%d/img/GX%d.jpg", "cam%d"}}) {
     Rig truth = with_lenses();
     Model model(truth);
     model.images = renamed(model.images, files);
@@ -61,6 +64,8 @@ TEST(RigImportPrograms, ColmapsNamesWithBlanksAndFolders) {
   const Rig rig = model.import();
   ASSERT_EQ(rig.cameras.size(), 4u);
   EXPECT_EQ(rig.cameras[2].name, "b/0");
+  model.images = with(with(model.images, "a/", "a/images/"), "b/", "b/images/");
+  EXPECT_EQ(model.import().cameras[2].name, "b/0");
 }
 
 // As COLMAP finds the poses of still cameras: each instant's a little apart.
@@ -162,6 +167,17 @@ TEST(RigImportPrograms, KalibrsChains) {
   const Rig chain = read(with(later, "T_cam_imu", "T_other"));
   const Vec3 step = truth.cameras[0].to_camera(truth.cameras[3].centre());
   EXPECT_LT(glm::length(chain.cameras[3].centre() - step), 1e-9);
+
+  // As drivers write it, of cameras whose size is not told.
+  std::string others = with(with(text, "radtan", "plumb_bob"), "0.002]", "0.002, 0.0]");
+  EXPECT_EQ(read(others).cameras[0].distortion.size(), 5u);
+  others = with(others, "resolution", "size");
+  expect_refused([&] { read(others); }, "resolution is missing; give the pictures' size as --size");
+  import::Options sized;
+  sized.width = 1024;
+  sized.height = 768;
+  expect_same(import::parse_kalibr(others, "chain", sized), truth);
+  others = with(others, "0.0]", "0.0, 0.0]");
 
   std::string back;
   for (std::size_t i = 0; i < 4; ++i) {

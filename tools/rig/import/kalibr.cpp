@@ -23,6 +23,7 @@ struct Transform {
 
 struct Chain {
   const std::string& source;
+  const Options& options;
   std::string key;       // of the camera at hand
   std::size_t line = 0;  // of its key
 
@@ -33,6 +34,11 @@ struct Chain {
   std::vector<double> numbers(const YAML::Node& node, const char* name, std::size_t count) const {
     if (!node || !node.IsSequence() || node.size() != count)
       fail(fmt::format("{} must be a list of {} numbers", name, count));
+    return numbers(node, name);
+  }
+
+  std::vector<double> numbers(const YAML::Node& node, const char* name) const {
+    if (!node || !node.IsSequence()) fail(fmt::format("{} must be a list of numbers", name));
     std::vector<double> values;
     for (const YAML::Node& item : node) {
       double value = NAN;
@@ -77,14 +83,20 @@ struct Chain {
     const std::vector<double> k = numbers(node["intrinsics"], "intrinsics", 4);
     result.K = from_rows({k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1});
     const std::string lens = word(node, "distortion_model");
-    if (lens == "radtan")
-      result.distortion = numbers(node["distortion_coeffs"], "distortion_coeffs", 4);
-    else if (lens != "none")
+    // Kalibr's has four of OpenCV's coefficients, others write more of them.
+    if (lens == "radtan" || lens == "plumb_bob" || lens == "rational_polynomial") {
+      result.distortion = numbers(node["distortion_coeffs"], "distortion_coeffs");
+      if (const std::size_t n = result.distortion.size(); n != 4 && n != 5 && n != 8)
+        fail("distortion_coeffs must be a list of 4, 5 or 8 numbers");
+    } else if (lens != "none")
       fail(
           fmt::format("the distortion model {} cannot be had in OpenCV's terms; calibrate with "
                       "radtan",
                       lens));
-    const std::vector<double> size = numbers(node["resolution"], "resolution", 2);
+    std::vector<double> size{double(options.width), double(options.height)};
+    if (options.width <= 0 && !node["resolution"])
+      fail("resolution is missing; give the pictures' size as --size WIDTHxHEIGHT");
+    if (options.width <= 0) size = numbers(node["resolution"], "resolution", 2);
     for (const double side : size)
       if (side != std::floor(side) || side < 1 || side > 32768)
         fail("resolution must be two whole numbers from 1 to 32768");
@@ -180,10 +192,10 @@ void make_names_distinct(Rig& rig, const std::vector<Entry>& entries) {
   for (std::size_t i = 0; i < entries.size(); ++i) rig.cameras[i].name = entries[i].key;
 }
 
-Rig read_chain(const YAML::Node& root, const std::string& source) {
+Rig read_chain(const YAML::Node& root, const std::string& source, const Options& options) {
   const std::vector<Entry> entries = entries_of(root, source);
   const bool all_in_world = std::ranges::all_of(entries, in_world);
-  Chain chain{source, {}, 0};
+  Chain chain{source, options, {}, 0};
   Rig rig;
   Transform last;
   for (const Entry& entry : entries) {
@@ -217,17 +229,17 @@ Rig read_chain(const YAML::Node& root, const std::string& source) {
 
 }  // namespace
 
-Rig parse_kalibr(const std::string& text, const std::string& source) {
+Rig parse_kalibr(const std::string& text, const std::string& source, const Options& options) {
   const YAML::Node root = load(text, source);
   try {
-    return parse_rig(rig_to_json(read_chain(root, source)), source);
+    return parse_rig(rig_to_json(read_chain(root, source, options)), source);
   } catch (const YAML::Exception& error) {
     throw Error(Error::Kind::bad_input, "{}: not a Kalibr camchain: {}.", source, error.what());
   }
 }
 
-Rig kalibr(const std::string& file) {
-  return parse_kalibr(read_text(file), file);
+Rig kalibr(const std::string& file, const Options& options) {
+  return parse_kalibr(read_text(file), file, options);
 }
 
 }  // namespace polyhull::import

@@ -104,16 +104,29 @@ std::vector<Row> rows_of(std::string_view text) {
 }
 
 std::vector<std::string> distinct_names(const std::vector<std::string>& paths) {
-  std::vector<std::string> stems, folders, both;
+  std::vector<std::string> stems;
+  std::vector<std::filesystem::path> above;
   for (std::string path : paths) {
     std::ranges::replace(path, '\\', '/');
-    const std::filesystem::path parts(path);
-    stems.push_back(name_of_file(parts.stem().string()));
-    folders.push_back(name_of_file(parts.parent_path().filename().string()));
-    both.push_back((folders.back().empty() ? "" : folders.back() + "/") + stems.back());
+    stems.push_back(name_of_file(std::filesystem::path(path).stem().string()));
+    above.push_back(std::filesystem::path(path).parent_path());
   }
+  // Of each level of folders, from the pictures on, with \p behind.
+  const auto named = [&](auto behind) -> std::optional<std::vector<std::string>> {
+    auto at = above;
+    while (std::ranges::all_of(at, [](const auto& path) { return path.has_filename(); })) {
+      std::vector<std::string> names;
+      for (std::size_t i = 0; i < at.size(); ++i)
+        names.push_back(name_of_file(at[i].filename().string()) + behind(i));
+      if (all_differ(names)) return names;
+      for (std::filesystem::path& path : at) path = path.parent_path();
+    }
+    return std::nullopt;
+  };
+  if (paths.size() > 1)
+    if (auto folders = named([](std::size_t) { return ""; })) return *folders;
   if (all_differ(stems)) return stems;
-  return all_differ(folders) && !std::ranges::count(folders, "") ? folders : both;
+  return named([&](std::size_t i) { return "/" + stems[i]; }).value_or(stems);
 }
 
 }  // namespace polyhull::import

@@ -38,9 +38,9 @@ struct Row {
 /// each stands between two digits, none of the words has two, and the line has no point.
 std::vector<Row> rows_of(std::string_view text);
 
-/// Names for pictures or files at \p paths (with / or \\): their stems (see file_names.h); where
-/// these repeat, their folders' names, as a folder for each camera holds the pictures of the same
-/// name; where these repeat, too, FOLDER/STEM.
+/// Names for pictures or files at \p paths (with / or \\). Where each of several has a folder of its
+/// own, as of a folder for each camera, that of the nearest level at which all differ; else their
+/// stems (see file_names.h); where these repeat, FOLDER/STEM.
 std::vector<std::string> distinct_names(const std::vector<std::string>& paths);
 
 }  // namespace polyhull::import

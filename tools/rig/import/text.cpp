@@ -153,6 +153,7 @@ Rig middlebury(const std::string& file, const Options& options) {
 }
 
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options) {
+  const std::vector<double> last_row{0, 0, 0, 1};  // of a 4x4 matrix
   std::vector<ProjectionMatrix> matrices;
   std::vector<std::string> places;
   for (const std::string& file : files) {
@@ -165,8 +166,9 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
       }
       std::vector<double> found;
       for (const std::string& word : row.words) found.push_back(number(file, row.number, word));
-      // The last row of a 4x4 matrix.
-      if (values.empty() && found == std::vector<double>{0, 0, 0, 1}) continue;
+      if (values.empty() && found == last_row) continue;
+      if (found.size() == 16 && std::equal(last_row.begin(), last_row.end(), found.begin() + 12))
+        found.resize(12);
       if (found.size() != 4 && found.size() != 12)
         fail_at(file, row.number,
                 fmt::format("a projection matrix has 12 numbers on one line or 4 on each of three "
