@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "track/packet_file.h"
 
+#include <arpa/inet.h>
 #include <pcap/pcap.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace polyhull {
 namespace {
 
-constexpr std::size_t ip_header = 20, udp_header = 8;
+constexpr std::size_t ip_header = 20, ipv6_header = 40, udp_header = 8;
 constexpr std::uint8_t udp = 17;
 constexpr int largest_packet = 65535;
 // Nobody's pipeline runs that long, and no capture is that old.
@@ -26,51 +27,71 @@ void append(std::vector<std::uint8_t>& to, std::uint32_t value, int bytes) {
 
 // Where IP begins in a frame of the link layer; nullopt: there is none.
 std::optional<std::size_t> ip_begins(int link, std::span<const std::uint8_t> frame) {
-  constexpr std::uint32_t ipv4 = 0x0800, tagged = 0x8100;
+  constexpr std::uint32_t tagged = 0x8100;
+  const auto is_ip = [](std::uint32_t type) { return type == 0x0800 || type == 0x86DD; };
   std::size_t type = 0;
-  if (link == DLT_RAW || link == DLT_IPV4) return 0;
+  if (link == DLT_RAW || link == DLT_IPV4 || link == DLT_IPV6) return 0;
+  // A system's number of the protocol in its own order of bytes; the packet says which it is.
+  if (link == DLT_NULL || link == DLT_LOOP) return std::min<std::size_t>(4, frame.size());
   if (link == DLT_EN10MB) type = 12;
   if (link == DLT_LINUX_SLL) type = 14;
   if (link == DLT_LINUX_SLL2)
-    return frame.size() > 20 && big_endian(frame.first(2)) == ipv4 ? std::optional<std::size_t>(20)
-                                                                   : std::nullopt;
+    return frame.size() > 20 && is_ip(big_endian(frame.first(2))) ? std::optional<std::size_t>(20)
+                                                                  : std::nullopt;
   if (link == DLT_EN10MB && frame.size() > 18 && big_endian(frame.subspan(type, 2)) == tagged)
     type += 4;
-  if (frame.size() < type + 2 || big_endian(frame.subspan(type, 2)) != ipv4) return {};
+  if (frame.size() < type + 2 || !is_ip(big_endian(frame.subspan(type, 2)))) return {};
   return type + 2;
 }
 
 bool is_readable(int link) {
-  return link == DLT_RAW || link == DLT_IPV4 || link == DLT_EN10MB || link == DLT_LINUX_SLL ||
-         link == DLT_LINUX_SLL2;
+  const auto links = {DLT_RAW,  DLT_IPV4, DLT_IPV6,      DLT_EN10MB,
+                      DLT_NULL, DLT_LOOP, DLT_LINUX_SLL, DLT_LINUX_SLL2};
+  return std::find(links.begin(), links.end(), link) != links.end();
 }
 
-// The datagram in an IPv4 packet, which may be followed by padding.
-std::optional<Datagram> datagram_of(std::span<const std::uint8_t> packet) {
-  if (packet.size() < ip_header || packet[0] >> 4 != 4 || packet[9] != udp) return {};
-  const std::size_t header = 4u * (packet[0] & 15);
-  const bool in_pieces = (big_endian(packet.subspan(6, 2)) & 0x3FFF) != 0;
-  if (in_pieces || header < ip_header || packet.size() < header + udp_header) return {};
-  const auto whole = packet.subspan(header);
+// What UDP's header begins, and padding may follow; its address is left open.
+std::optional<Datagram> datagram_in(std::span<const std::uint8_t> whole) {
+  if (whole.size() < udp_header) return {};
   const std::size_t length = big_endian(whole.subspan(4, 2));
   if (length < udp_header || length > whole.size()) return {};
   Datagram datagram;
-  datagram.address = big_endian(packet.subspan(12, 4));
   datagram.port = static_cast<std::uint16_t>(big_endian(whole.first(2)));
   const auto payload = whole.subspan(udp_header, length - udp_header);
   datagram.bytes.assign(payload.begin(), payload.end());
   return datagram;
 }
 
+std::optional<Datagram> datagram_of_ipv6(std::span<const std::uint8_t> packet) {
+  if (packet.size() < ipv6_header || packet[6] != udp) return {};
+  std::optional<Datagram> datagram = datagram_in(packet.subspan(ipv6_header));
+  char text[INET6_ADDRSTRLEN] = "";
+  if (datagram) datagram->ipv6 = inet_ntop(AF_INET6, packet.data() + 8, text, sizeof text);
+  return datagram;
+}
+
+// The datagram in an IP packet.
+std::optional<Datagram> datagram_of(std::span<const std::uint8_t> packet) {
+  if (!packet.empty() && packet[0] >> 4 == 6) return datagram_of_ipv6(packet);
+  if (packet.size() < ip_header || packet[0] >> 4 != 4 || packet[9] != udp) return {};
+  const std::size_t header = 4u * (packet[0] & 15);
+  const bool in_pieces = (big_endian(packet.subspan(6, 2)) & 0x3FFF) != 0;
+  if (in_pieces || header < ip_header || packet.size() < header) return {};
+  std::optional<Datagram> datagram = datagram_in(packet.subspan(header));
+  if (datagram) datagram->address = big_endian(packet.subspan(12, 4));
+  return datagram;
+}
+
 }  // namespace
 
 std::string Datagram::sender_host() const {
+  if (!ipv6.empty()) return ipv6;
   return fmt::format("{}.{}.{}.{}", address >> 24, address >> 16 & 255, address >> 8 & 255,
                      address & 255);
 }
 
 std::string Datagram::sender() const {
-  return fmt::format("{}:{}", sender_host(), port);
+  return fmt::format(fmt::runtime(ipv6.empty() ? "{}:{}" : "[{}]:{}"), sender_host(), port);
 }
 
 void PacketRecorder::Close::operator()(pcap* file) const {
@@ -147,8 +168,8 @@ PacketRecording::PacketRecording(const std::string& path) : path_(path) {
                 path, why);
   if (!is_readable(pcap_datalink(file_.get())))
     throw Error(Error::Kind::unsupported,
-                "'{}' holds packets of a link that is not read; Ethernet, Linux's \"any\" and raw "
-                "IP are.",
+                "'{}' holds packets of a link that is not read; Ethernet, Linux's \"any\", "
+                "loopback (Npcap, macOS) and raw IP are.",
                 path);
 }
 

@@ -16,15 +16,16 @@ struct pcap_dumper;
 
 namespace polyhull {
 
-/// A UDP datagram over IPv4.
+/// A UDP datagram.
 struct Datagram {
   std::int64_t time_ns = 0;
   std::uint32_t address = 0;  ///< the sender's; the first number of 127.0.0.1 in the highest byte
   std::uint16_t port = 0;     ///< likewise
   std::vector<std::uint8_t> bytes;
+  std::string ipv6;  ///< the sender's address in its stead; empty: over IPv4
 
-  std::string sender_host() const;  ///< "127.0.0.1"
-  std::string sender() const;       ///< "127.0.0.1:40000"
+  std::string sender_host() const;  ///< "127.0.0.1", "fe80::1"
+  std::string sender() const;       ///< "127.0.0.1:40000", "[fe80::1]:40000"
 };
 
 /// Writes a file; what is written stays readable if the program ends at any moment.
@@ -48,14 +49,14 @@ class PacketRecorder {
   std::unique_ptr<pcap_dumper, Close> file_;
 };
 
-/// Reads a file of PacketRecorder, tcpdump or Wireshark (pcap, pcapng; Ethernet, Linux's "any" or raw
-/// IP).
+/// Reads a file of PacketRecorder, tcpdump or Wireshark (pcap, pcapng; Ethernet, Linux's "any",
+/// the loopback of Npcap, macOS and BSD, or raw IP).
 class PacketRecording {
  public:
   /// Throws Error (not_found, bad_input, unsupported).
   explicit PacketRecording(const std::string& path);
 
-  /// The next UDP datagram; none at the end. What is none (or in pieces, or over IPv6) is passed
+  /// The next UDP datagram; none at the end. What is none (or in pieces, or behind further headers of IPv6) is passed
   /// over. Times are the file's where they count from a beginning, as PacketRecorder's do; where they
   /// are dates, they count from the first. Throws Error (bad_input) where the file is damaged or cut
   /// off, after which there is no more to be had.

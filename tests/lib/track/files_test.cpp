@@ -19,6 +19,25 @@ namespace {
 
 using namespace track_examples;
 
+void add_word(std::string& file, std::size_t value) {
+  for (int i = 0; i < 4; ++i) file += static_cast<char>(value >> (8 * i));
+}
+
+// The head of a capture of tcpdump's from such a link.
+std::string capture_of(int link) {
+  std::string file("\xD4\xC3\xB2\xA1\x02\0\x04\0\0\0\0\0\0\0\0\0\xFF\xFF\0\0", 20);
+  add_word(file, static_cast<std::size_t>(link));
+  return file;
+}
+
+void add_frame(std::string& capture, std::uint32_t microseconds, const std::string& frame) {
+  add_word(capture, 1'700'000'000);
+  add_word(capture, microseconds);
+  add_word(capture, frame.size());
+  add_word(capture, frame.size());
+  capture += frame;
+}
+
 class PacketFiles : public testing::Test {
  protected:
   PacketFiles() { std::filesystem::create_directories(folder_); }
@@ -100,17 +119,10 @@ TEST_F(PacketFiles, DamageEndsInAnErrorOrALeftOutPacket) {
 
 TEST_F(PacketFiles, CapturesOfOtherProgramsCountFromTheirFirstPacket) {
   // Ethernet with and without a tag, dates, something that is not IP, and a piece of a packet.
-  std::string file("\xD4\xC3\xB2\xA1\x02\0\x04\0\0\0\0\0\0\0\0\0\xFF\xFF\0\0\x01\0\0\0", 24);
+  std::string file = capture_of(1);
   const std::string raw = content(recorded("a.pcap", 1)).substr(24 + 16);
   const auto add = [&](std::uint32_t microseconds, const std::string& frame) {
-    const auto word = [&](std::uint32_t value) {
-      for (int i = 0; i < 4; ++i) file += static_cast<char>(value >> (8 * i));
-    };
-    word(1'700'000'000);
-    word(microseconds);
-    word(static_cast<std::uint32_t>(frame.size()));
-    word(static_cast<std::uint32_t>(frame.size()));
-    file += frame;
+    add_frame(file, microseconds, frame);
   };
   const std::string addresses(12, '\x02');
   std::string piece = raw;
@@ -126,6 +138,41 @@ TEST_F(PacketFiles, CapturesOfOtherProgramsCountFromTheirFirstPacket) {
   EXPECT_EQ(second->bytes.size(), freed_packet_size);
   EXPECT_FALSE(recording.next());
   EXPECT_EQ(recording.skipped(), 2u);
+}
+
+TEST_F(PacketFiles, LoopbackAndIpv6) {
+  const std::string raw = content(recorded("a.pcap", 1)).substr(24 + 16);
+  const std::string datagram = raw.substr(20);
+  std::string ipv6("\x60\0\0\0\0\x25\x11\x40", 8);
+  ipv6 += std::string("\xFE\x80\0\0\0\0\0\0\0\0\0\0\0\0\0\x01", 16) + std::string(16, '\x02') +
+          datagram;
+  const std::string addresses(12, '\x02'), nobody(20, '\0');
+  struct Link {
+    int number;
+    std::string of_ipv4, of_ipv6;
+  };
+  const Link links[] = {
+      {0, std::string("\x02\0\0\0", 4), std::string("\x1E\0\0\0", 4)},    // Npcap, macOS
+      {108, std::string("\0\0\0\x02", 4), std::string("\0\0\0\x18", 4)},  // OpenBSD
+      {1, addresses + std::string("\x08\0", 2), addresses + "\x86\xDD"},
+      {101, "", ""},
+      {276, std::string("\x08\0", 2) + nobody.substr(2), "\x86\xDD" + nobody.substr(2)}};
+  for (const Link& link : links) {
+    std::string file = capture_of(link.number);
+    add_frame(file, 0, link.of_ipv4 + raw);
+    add_frame(file, 0, link.of_ipv6 + ipv6);
+    for (std::size_t size = 0; size < ipv6.size(); ++size)
+      add_frame(file, 0, link.of_ipv6 + ipv6.substr(0, size));
+    PacketRecording recording(write("link.pcap", file));
+    const auto first = recording.next(), second = recording.next();
+    ASSERT_TRUE(first && second) << link.number;
+    EXPECT_EQ(first->sender(), "127.0.0.1:4000");
+    EXPECT_EQ(second->sender(), "[fe80::1]:4000");
+    EXPECT_EQ(second->bytes, first->bytes);
+    EXPECT_FALSE(recording.next());
+    EXPECT_EQ(recording.skipped(), ipv6.size());
+  }
+  EXPECT_THROW(PacketRecording(write("other.pcap", capture_of(147))), Error);
 }
 
 TEST_F(PacketFiles, WhatCannotBeOpenedOrWrittenIsSaid) {
