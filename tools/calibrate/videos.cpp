@@ -29,9 +29,16 @@ std::string ending_of(const fs::path& path) {
   return ending;
 }
 
+// By its ending, else by whether it can be read as one; a picture, too, is a film of one frame, and a
+// text one of its letters.
 bool is_video(const fs::path& path) {
-  constexpr std::array endings{".mkv", ".mp4", ".mov", ".avi", ".webm"};
-  return std::ranges::find(endings, ending_of(path)) != endings.end();
+  constexpr std::array endings{".mkv", ".mp4", ".mov", ".avi", ".webm", ".m4v", ".mts", ".mxf"};
+  constexpr std::array others{".png", ".jpg", ".jpeg", ".txt", ".json", ".csv", ".log", ".md"};
+  const std::string ending = ending_of(path);
+  if (std::ranges::find(endings, ending) != endings.end()) return true;
+  if (ending.empty() || std::ranges::find(others, ending) != others.end()) return false;
+  cv::VideoCapture video(path.string(), cv::CAP_FFMPEG);
+  return video.isOpened() && video.grab() && video.grab();
 }
 
 std::map<std::string, fs::path> videos_in(const std::string& folder) {
@@ -80,6 +87,30 @@ cv::VideoCapture opened(const fs::path& path) {
   // decodebin does not turn pictures either, and the rig must be of what it gives.
   video.set(cv::CAP_PROP_ORIENTATION_AUTO, 0.0);
   return video;
+}
+
+// Frames a second: what the file says, unless the times of its first frames, but for gaps, say
+// another: phones' files say the mean, gaps and all, and recorders of browsers a thousand.
+double rate_of(const fs::path& path) {
+  constexpr std::size_t looked_at = 100;
+  constexpr double same = 1e-3, clock_step = 0.0015;  // seconds: some files count milliseconds
+  cv::VideoCapture video = opened(path);
+  const double said = video.get(cv::CAP_PROP_FPS);
+  std::vector<double> steps;
+  double last = 0.0;
+  for (std::size_t i = 0; i < looked_at && video.grab(); ++i) {
+    const double time = video.get(cv::CAP_PROP_POS_MSEC) / 1000.0;
+    if (i > 0 && time > last) steps.push_back(time - last);
+    last = time;
+  }
+  if (steps.size() < 3) return said;
+  std::ranges::sort(steps);
+  const double usual = steps[steps.size() / 2];
+  double span = 0.0, count = 0.0;
+  for (const double step : steps)
+    if (std::abs(step - usual) < 0.25 * usual) span += step, ++count;
+  return std::abs(said * span / count - 1.0) < std::max(same, clock_step / span) ? said
+                                                                                 : count / span;
 }
 
 std::string turn_note(const fs::path& path) {
@@ -185,13 +216,13 @@ UnpackedVideos unpack_videos(const std::string& folder, double seconds, const st
                              VideoStart start, const calibration::Progress& progress) {
   const std::map<std::string, fs::path> found = videos_in(folder);
   const std::vector<std::pair<std::string, fs::path>> videos(found.begin(), found.end());
-  const double rate = opened(videos.front().second).get(cv::CAP_PROP_FPS);
+  const double rate = rate_of(videos.front().second);
   for (const auto& [camera, path] : videos) {
-    const double own = opened(path).get(cv::CAP_PROP_FPS);
-    if (std::abs(own - rate) > 1e-3 * rate)
+    const double own = rate_of(path);
+    if (std::abs(own - rate) > 1e-2 * rate)
       throw Error(Error::Kind::bad_input,
                   "'{}' has {:.3f} frames a second, '{}' {:.3f}. Frames of one number must be of "
-                  "one instant: record all cameras at one rate, without leaving frames out.",
+                  "one instant: record all cameras at one rate.",
                   path.string(), own, videos.front().second.string(), rate);
   }
   const long step = std::max(1L, std::lround(std::min(1e6, seconds) * rate));

@@ -10,7 +10,7 @@
 
 namespace polyhull::calibrate_tool {
 
-/// Whether videos (MKV, MP4, MOV, AVI, WebM) lie in \p folder. Throws Error: no such folder, folders
+/// Whether videos (MKV, MP4, MOV, AVI, and what else FFmpeg reads) lie in \p folder. Throws Error: no such folder, folders
 /// of pictures beside videos, two videos of one name.
 bool holds_videos(const std::string& folder);
 
@@ -41,7 +41,7 @@ struct UnpackedVideos {
 /// into \p out: CAMERA/FRAME.png, where CAMERA is the video's name and FRAME its frame's number, its
 /// time in the file by the videos' rate, from \p start on. Frames of one number are of one instant.
 /// Pictures are as they are stored: a turn in the header, as phones write it, is not applied. Throws
-/// Error, naming the video: it cannot be read, or has another frame rate than the others.
+/// Error, naming the video: it cannot be read, or its frames follow each other more than 1 % faster or slower than the others'.
 UnpackedVideos unpack_videos(const std::string& folder, double seconds, const std::string& out,
                              VideoStart start, const calibration::Progress& progress);
 

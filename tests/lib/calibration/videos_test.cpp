@@ -114,6 +114,46 @@ TEST(CalibrateVideos, CountByTimeAndStayUnturned) {
   fs::remove_all(folder);
 }
 
+// Cameras' and broadcasters' files, beside what is none; and a header that tells a wrong rate, as of
+// frames left out.
+TEST(CalibrateVideos, OfAnyFormatAndRatesByTheirTimes) {
+  const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos_kinds";
+  fs::remove_all(folder);
+  const fs::path pictures = folder / "pictures", videos = folder / "videos";
+  fs::create_directories(videos);
+  write_pictures(pictures);
+  write_video(pictures.string(), "qtmux", videos / "a.MOV", {8, 9, 18, 27, 28, 29});
+  const std::string decoded = "jpegdec ! videoconvert ! video/x-raw,format=I420 ! ";
+  const std::string h264 =
+      decoded + "x264enc tune=zerolatency quantizer=10 pass=quant ! h264parse ! ";
+  write_video(pictures.string(), decoded + "y4menc", videos / "b.y4m", {});
+  write_video(pictures.string(), h264 + "mxfmux", videos / "c.mxf", {});
+  write_video(pictures.string(), h264 + "mpegtsmux", videos / "e.MTS", {});
+  write_video(pictures.string(), "qtmux", videos / "d.m4v", {});
+  for (const char* name : {"notes.txt", "notes", "notes.doc"})
+    std::ofstream(videos / name) << "recorded today";
+  fs::copy_file(pictures / "00.png", videos / "stage.png");
+  ASSERT_TRUE(holds_videos(videos.string()));
+  const fs::path out = folder / "out";
+  const std::string notes =
+      unpack_videos(videos.string(), 0.1, out.string(), VideoStart::first_frames,
+                    [](const std::string&, double) {})
+          .notes;
+  EXPECT_NE(notes.find("a.MOV' lacks 6 of 40 frames"), std::string::npos) << notes;
+  // JPEG's levels are full; the others' are taken for video's, 16 to 235.
+  const auto brightness = [](const std::string& camera, int n) {
+    return camera == "a" || camera == "d" ? 40 + 5 * n : (24 + 5 * n) * 255 / 219;
+  };
+  for (const char* camera : {"a", "b", "c", "d", "e"})
+    for (const int n : {0, 7, 10, 30, 39}) {
+      const Picture picture =
+          load_picture((out / camera / fmt::format("{:06}.png", n)).string(), 1);
+      EXPECT_NEAR(picture.row(8)[32], brightness(camera, n), 2) << camera;
+    }
+  EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 5);
+  fs::remove_all(folder);
+}
+
 // What the files' times tell, where their recorder kept them.
 TEST(CalibrateVideos, FirstFramesThatAreMissing) {
   const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos_begin";
