@@ -123,6 +123,30 @@ std::optional<Picture> mask_of_flat_colours(const Picture& picture) {
   return mask;
 }
 
+// Whether \p deep is of a few flat grey levels, some of which are too dark for a subject's: numbers
+// of what each pixel shows, 255 often being a border that is left open. Noise is not flat, and soft
+// edges are of many levels.
+bool shows_labels(const DeepPicture& deep) {
+  std::map<int, std::size_t> counts;
+  std::size_t lit = 0, flat = 0;
+  const auto level = [&](std::size_t i) { return int{deep.samples[i * deep.channels]}; };
+  const std::size_t pixels = static_cast<std::size_t>(deep.width) * deep.height;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (level(i) == 0) continue;
+    ++counts[level(i)];
+    ++lit;
+    flat += i > 0 && level(i - 1) == level(i);
+  }
+  std::size_t levels = 0, in_levels = 0, dark = 0;
+  for (const auto& [value, count] : counts) {
+    if (500 * count < lit) continue;
+    ++levels;
+    in_levels += count;
+    if (2 * value < deep.full) dark += count;
+  }
+  return levels > 1 && 50 * dark >= lit && 1000 * in_levels >= 999 * lit && 10 * flat >= 8 * lit;
+}
+
 void refuse_inverted(const MaskPicture& mask, const std::string& path, const char* where) {
   const Picture& p = mask.picture;
   std::size_t border = 0, of_border = 0;
@@ -164,7 +188,12 @@ MaskPicture load_mask_picture(const std::string& path) {
     if (deep.channels >= 3) levels = mask_levels(deep, c);
   mask.picture = std::move(levels.picture);
   const char* what = alpha ? "alpha" : "brightness";
-  if (levels.by_own)
+  if (!alpha && shows_labels(deep)) {
+    for (std::size_t i = 0; i < mask.picture.pixels.size(); ++i)
+      mask.picture.pixels[i] = deep.samples[i * deep.channels] > 0 ? 255 : 0;
+    mask.note =
+        "a picture of labels, a few flat grey levels: all but black are taken for the subject";
+  } else if (levels.by_own)
     mask.note = fmt::format("its largest {} is {} of {}: taken for the subject's", what,
                             levels.largest, deep.full);
   else if (levels.largest > 0 && 2 * levels.largest < deep.full)

@@ -16,7 +16,8 @@ struct MaskPicture {
 };
 
 /// Reads \p path (PNG or JPEG). The mask is its alpha where that differs from pixel to pixel, else
-/// its grey level, the subject bright, both by mask_levels(); else, in a picture of a few flat
+/// its grey level, the subject bright, both by mask_levels(), or, of a few flat levels as labels
+/// have them, whatever is not black; else, in a picture of a few flat
 /// colours, whatever differs from the colour that most of its border has, unless that is a green or
 /// blue screen's. Any other coloured picture is to be keyed. Throws Error where it cannot be read,
 /// and for a mask that covers three quarters of its border and a quarter of the picture: it shows the

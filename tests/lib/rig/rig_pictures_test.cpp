@@ -256,6 +256,22 @@ TEST(RigPictures, MasksOfOtherConventionsAreTheSameMask) {
     EXPECT_EQ(rings(mask_file(hard, 1, [&](int v, int) { return v ? one : 0; })), sharp) << one;
   EXPECT_EQ(rings(mask_file(hard, 4, [](int v, int c) { return c == 3 ? v / 255 : 90; })), sharp);
   EXPECT_EQ(rings(mask_file(hard, 3, [](int v, int c) { return c == 2 ? v / 255 : 0; })), sharp);
+  // Labels: a person with a border that is left open, parts of the body, instances.
+  Picture labels = hard;
+  for (int y = 0; y < hard.height; ++y)
+    for (int x = 2; x < hard.width - 2; ++x)
+      if (hard.row(y)[x] && (!hard.row(y)[x - 2] || !hard.row(y)[x + 2])) labels.row(y)[x] = 1;
+  EXPECT_EQ(rings(mask_file(labels, 1, [](int v, int) { return v == 255 ? 15
+                                                               : v      ? 255
+                                                                        : 0; })),
+            sharp);
+  for (const int step : {1, 3, 60})
+    EXPECT_EQ(rings(mask_file(hard, 1,
+                              [&, n = 0](int v, int) mutable {
+                                const int row = n++ / 1024;
+                                return v ? step * (1 + row / 100 % 4) : 0;
+                              })),
+              sharp);
   // Two parts of the subject of different colours are both of it.
   const Rings parts = rings(mask_file(hard, 3, [n = 0](int v, int c) mutable {
     const int row = n++ / 3 / 1024;
