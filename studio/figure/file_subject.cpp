@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <numbers>
 
@@ -17,6 +18,20 @@ namespace polyhull {
 namespace {
 
 constexpr double turn_period = 10.0;  // seconds
+
+/// The picture \p name of an OBJ file in \p folder: exporters write paths of their own machine, with
+/// the separators of Windows too; the picture then lies beside the file. Where there is none: as named.
+std::string picture_file(const std::string& folder, const std::string& name) {
+  std::string slashes = name;
+  std::replace(slashes.begin(), slashes.end(), '\\', '/');
+  const std::string alone = slashes.substr(slashes.rfind('/') + 1);
+  for (const std::string& known : {name, slashes, alone}) {
+    const auto path = std::filesystem::path(folder) / known;
+    std::error_code error;
+    if (std::filesystem::is_regular_file(path, error)) return path.string();
+  }
+  return folder + name;
+}
 
 class FileSubject : public Subject {
  public:
@@ -134,7 +149,7 @@ class FileSubject : public Subject {
       pictures_.emplace_back();
       if (!material.diffuse_texname.empty()) {
         try {
-          pictures_.back() = load_picture(folder + material.diffuse_texname, 3);
+          pictures_.back() = load_picture(picture_file(folder, material.diffuse_texname), 3);
         } catch (const Error& error) {
           warning_ = fmt::format("Subject '{}': {}", path, error.what());
         }

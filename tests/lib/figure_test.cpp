@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "base/error.h"
+#include "base/picture.h"
 #include "base/thread_pool.h"
 #include "studio/cameras/default_rig.h"
 #include "studio/figure/polygons/polygonise.h"
@@ -212,6 +213,29 @@ TEST(FileSubject, RefusesWhatIsNoSubject) {
   EXPECT_THROW(open_subject(file("text.obj", "this is a letter, not a mesh\n")), Error);
   const auto open = open_subject(file("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   EXPECT_NE(open->warning().find("3 open edges"), std::string::npos) << open->warning();
+  std::filesystem::remove_all(folder);
+}
+
+TEST(FileSubject, FindsPicturesByTheNamesOfOtherSystems) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / "polyhull_figure_pictures";
+  std::filesystem::create_directories(folder / "textures");
+  save_picture({1, 1, 3, {255, 0, 0}}, (folder / "textures" / "skin.png").string());
+  save_picture({1, 1, 3, {0, 0, 255}}, (folder / "beside.png").string());
+  std::ofstream(folder / "a.obj") << "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\n"
+                                     "usemtl m\nf 1/1 3/1 2/1\nf 1/1 2/1 4/1\nf 1/1 4/1 3/1\n"
+                                     "f 2/1 3/1 4/1\n";
+  const auto colour = [&](const std::string& name) {
+    std::ofstream(folder / "a.mtl") << "newmtl m\nKd 0 1 0\nmap_Kd " << name << "\n";
+    const auto subject = open_subject((folder / "a.obj").string());
+    return std::pair(subject->albedo(0, Vec3f(1, 0, 0), 0.01f), subject->warning());
+  };
+  const Vec3f red(1, 0, 0), blue(0, 0, 1);
+  for (const char* name : {"textures/skin.png", "textures\\skin.png"})
+    EXPECT_EQ(colour(name), std::pair(red, std::string())) << name;
+  for (const char* name : {"C:\\Users\\me\\beside.png", "/home/me/beside.png", "beside.png"})
+    EXPECT_EQ(colour(name), std::pair(blue, std::string())) << name;
+  EXPECT_NE(colour("nowhere.png").second.find("nowhere.png"), std::string::npos);
   std::filesystem::remove_all(folder);
 }
 

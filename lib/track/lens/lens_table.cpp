@@ -196,7 +196,7 @@ class LensTable::Reader {
     Row row{};
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Named& name = heading_[i];
-      const std::optional<double> value = number_of(cells[i]);
+      const std::optional<double> value = number_of(cells[i], separator_);
       if (!value)
         fail(fmt::format(
             "'{}' in the column {} is no number{}", shown(cells[i]), name.name,

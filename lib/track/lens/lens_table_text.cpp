@@ -59,7 +59,14 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   return cells;
 }
 
-std::optional<double> number_of(std::string_view cell) {
+std::optional<double> number_of(std::string_view cell, char separator) {
+  std::string with_point;
+  if (const std::size_t comma = cell.find(',');
+      comma != cell.npos && separator != ',' && cell.find('.') == cell.npos) {
+    with_point = cell;
+    with_point[comma] = '.';
+    cell = with_point;
+  }
   if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
   double value = 0.0;
   const char* end = cell.data() + cell.size();

@@ -25,7 +25,8 @@ char separator_of(std::string_view heading);
 /// The cells of \p line, without quotes. Empty ones at its end, which spreadsheets leave, are none.
 std::vector<std::string_view> cells_of(std::string_view line, char separator);
 
-/// \p cell as a number, decimal in no locale but C's or hexadecimal behind 0x; inf is one, nan is none.
-std::optional<double> number_of(std::string_view cell);
+/// \p cell as a number: decimals behind a point, or a comma where no comma is the \p separator;
+/// hexadecimal behind 0x; inf is one, nan is none.
+std::optional<double> number_of(std::string_view cell, char separator);
 
 }  // namespace polyhull::lens_file

@@ -165,6 +165,16 @@ TEST(LensTable, TakesWhatSpreadsheetsWrite) {
   EXPECT_EQ(state.projection_offset_mm, Vec2(0.5, 0.0));
 }
 
+TEST(LensTable, DecimalCommasWhereNoCommaParts) {
+  for (const char* text : {"zoom;focal_length_mm;k1\n0,5;25,25;-,5e-1\n",
+                           "zoom focal_length_mm k1\n0,5 25,25 -0,05\n"}) {
+    const LensState state = table(text).at({0.5, {}});
+    EXPECT_EQ(state.focal_length_mm, 25.25);
+    EXPECT_EQ(state.distortion.at(0), -0.05);
+    EXPECT_FALSE(state.outside);
+  }
+}
+
 TEST(LensTable, UnitsAreTheHeadings) {
   for (const auto& [unit, value] :
        {std::pair{"mm", 2540.0}, {"cm", 254.0}, {"m", 2.54}, {"in", 100.0}, {"ft", 100.0 / 12.0}}) {
@@ -239,7 +249,8 @@ TEST(LensTable, RefusesByLine) {
   refuses("zoom k1\nfocus k2\n0 1\n", {"line 1", "no rows"});
   refuses("zoom k1\n0 1\n\n2\n", {"line 4", "1 values", "line 1 names 2"});
   refuses("zoom k1\n0 1 2\n", {"line 2", "3 values"});
-  refuses("zoom;k1\n0;0,5\n", {"line 2", "'0,5'", "behind a point"});
+  refuses("zoom;k1\n0;1.000,5\n", {"line 2", "'1.000,5'", "behind a point"});
+  refuses("zoom;k1\n0;1,000,5\n", {"line 2", "'1,000,5'", "behind a point"});
   refuses("zoom k1\n0 nan\n", {"line 2", "'nan'"});
   refuses("zoom k1\n0 inf\n", {"line 2", "out of range"});
   refuses("zoom k1\n0xZ 1\n", {"'0xZ'", "column zoom"});

@@ -10,6 +10,8 @@
 #include <random>
 
 #include "base/error.h"
+#include "packets.h"
+#include "track/pose_reader.h"
 
 namespace polyhull {
 namespace {
@@ -46,6 +48,28 @@ TEST(Track, LiesBetweenPosesAndStandsAfterTheLast) {
   expect_at(track, 507 * ms, 0.507);
   expect_at(track, 5000 * ms, 1.0);
   EXPECT_FALSE(Track({}).at(0));
+}
+
+// Heads turn beyond 180 degrees; senders count on or begin again at -180.
+TEST(Track, PansThroughHalfATurnWithoutAJump) {
+  for (const bool wraps : {false, true})
+    for (const std::int64_t smoothing : {0 * ms, 100 * ms}) {
+      TrackSettings settings;
+      settings.smoothing_ns = smoothing;
+      Track track(settings);
+      const auto pan_at = [](double time) { return 170.0 + 4.0 * time / (20.0 * ms); };
+      for (int i = 0; i <= 20; ++i) {
+        const double pan = pan_at(20.0 * ms * i);
+        const auto packet = track_examples::freed(
+            1, {wraps && pan > 180.0 ? pan - 360.0 : pan, 0, 0}, Vec3(0.0), 0, 0);
+        track.add(pose_of(parse_freed(packet), {}), 20 * ms * i);
+      }
+      for (std::int64_t time = 100 * ms; time < 400 * ms; time += 3 * ms) {
+        const Mat3 truth = axes_of_angles(-pan_at(static_cast<double>(time - smoothing / 2)), 0, 0);
+        for (int k = 0; k < 3; ++k)
+          EXPECT_LE(glm::length(track.at(time)->axes[k] - truth[k]), 1e-6) << time;
+      }
+    }
 }
 
 TEST(Track, DelaySmoothingAndPredictionShiftAsTheySay) {
