@@ -276,6 +276,19 @@ TEST(RigExchange, OpenTrackIoRefusesWhatItCannotSay) {
   refuses("\"pinholeFocalLength\": 24.3, ", "", "lacks lens.pinholeFocalLength");
   refuses("\"activeSensorResolution\": {\"width\": 3840, \"height\": 2160}", "\"label2\": 1",
           "--size WIDTHxHEIGHT");
+  const std::string rest =
+      "static.camera.activeSensorPhysicalDimensions (width and height of the sensor, mm); "
+      "lens.pinholeFocalLength (mm)";
+  expect_refused(
+      [] { import::parse_opentrackio("{}", "sample", {}); },
+      "the sample lacks static.camera.activeSensorResolution (give the pictures' size as "
+      "--size WIDTHxHEIGHT); " +
+          rest);
+  import::Options sized;
+  sized.width = 3840;
+  sized.height = 2160;
+  expect_refused([&] { import::parse_opentrackio("{}", "sample", sized); },
+                 "the sample lacks " + rest);
   refuses("\"height\": 2160", "\"depth\": 2160", "lacks static.camera.activeSensorResolution");
   refuses("\"activeSensorPhysicalDimensions\"", "\"sensor\"",
           "lacks static.camera.activeSensorPhysicalDimensions");
