@@ -186,7 +186,8 @@ void replace_specular_glossiness(Json& materials) {
     if (found->contains("diffuseTexture")) {
       own["baseColorTexture"] = (*found)["diffuseTexture"];
     } else if (own.value("roughnessFactor", 1.0) < 0.05 &&
-               *std::max_element(specular.begin(), specular.end()) > 0.3) {
+               std::any_of(specular.begin(), specular.end(),
+                           [](const Json& part) { return part > 0.3; })) {
       // More than any glass mirrors: metal, in its specular colour.
       own["metallicFactor"] = 1.0;
       own["baseColorFactor"] = {specular.at(0), specular.at(1), specular.at(2), 1.0};

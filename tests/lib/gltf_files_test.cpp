@@ -421,6 +421,14 @@ TEST_F(GltfFiles, SpecularGlossinessIsReadAsGltfsOwnMaterials) {
       read({{"specularFactor", {0.9, 0.6, 0.3}}, {"diffuseFactor", {0, 0, 0, 1}}}).materials[0];
   EXPECT_TRUE(mirror.only_mirrors());
   EXPECT_EQ(mirror.f0(), Vec3f(0.9f, 0.6f, 0.3f));
+  for (const json& broken : {json{0.9}, json("white"), json(nullptr), json::object()}) {
+    material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"specularFactor", broken}};
+    failure(write(root));
+    material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"diffuseFactor", broken}};
+    failure(write(root));
+    material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = broken;
+    failure(write(root));
+  }
   material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"specularFactor", {0.9}}};
   EXPECT_NE(failure(write(root)), "");
 }

@@ -64,6 +64,8 @@ TEST(RigImportPrograms, ColmapsNamesWithBlanksAndFolders) {
   const Rig rig = model.import();
   ASSERT_EQ(rig.cameras.size(), 4u);
   EXPECT_EQ(rig.cameras[2].name, "b/0");
+  EXPECT_EQ(import::names_of({"here/../x/1.yml", "./x/2.yml"}),
+            (std::vector<std::string>{"1", "2"}));
   model.images = with(with(model.images, "a/", "a/images/"), "b/", "b/images/");
   EXPECT_EQ(model.import().cameras[2].name, "b/0");
 }
@@ -315,6 +317,7 @@ TEST(RigImportPrograms, OpenCvsLensesUnderOtherNames) {
   const std::string matrix =
       ": !!opencv-matrix\n   rows: 1\n   cols: 4\n   dt: d\n"
       "   data: [ 0.1, 0., 0., 0. ]\n";
+  expect_refused([&] { without("distortion: { k1: 0.1, k2: 0.2 }\n"); }, "line 10: distortion");
   expect_refused([&] { without("lens_dist" + matrix); }, "line 10: lens_dist looks like");
   expect_refused([&] { without(usual.substr(0, usual.size() - 2) + matrix + "xi: 1.5\n"); },
                  "line 15: xi is of OpenCV's omnidirectional model");

@@ -108,8 +108,9 @@ std::vector<std::string> distinct_names(const std::vector<std::string>& paths) {
   std::vector<std::filesystem::path> above;
   for (std::string path : paths) {
     std::ranges::replace(path, '\\', '/');
-    stems.push_back(name_of_file(std::filesystem::path(path).stem().string()));
-    above.push_back(std::filesystem::path(path).parent_path());
+    const std::filesystem::path plain = std::filesystem::path(path).lexically_normal();
+    stems.push_back(name_of_file(plain.stem().string()));
+    above.push_back(plain.parent_path());
   }
   // Of each level of folders, from the pictures on, with \p behind.
   const auto named = [&](auto behind) -> std::optional<std::vector<std::string>> {
