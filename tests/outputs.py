@@ -54,7 +54,7 @@ def pipelines():
                                   f"hullexport location=$OUT/file-%d.{form}")
     found["scene"] = ("scenesrc path=orbit num-buffers=3 ! video/x-raw,width=320,height=180,framerate=25/1 ! "
                       "multifilesink location=$OUT/picture-scene-%d.raw")
-    for shadow in "off", "hard", "pcss", "area":
+    for shadow in "off", "hard", "fast", "good", "best":
         found[f"composite-{shadow}"] = (
             cameras(i420, trace, "hull.") + f" {hull} ! hulltexture ! mix.mesh_0 scenesrc path=orbit "
             "num-buffers=3 ! video/x-raw,width=480,height=270,framerate=25/1 ! mix.background "

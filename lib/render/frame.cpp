@@ -194,8 +194,7 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
     if (settings.shadow != ShadowQuality::off) {
       plan.light = main_light(frame.lights, 0.5 * (people.min + people.max));
       if (plan.light >= 0) {
-        volume =
-            shadow_volume(frame.lights[static_cast<std::size_t>(plan.light)], people, everything);
+        volume = shadow_volume(light_of(frame, plan), people, everything);
         plan.shadow = screen_rectangle(volume, plan.clip_from_scene, frame.width, frame.height);
       }
     }

@@ -22,14 +22,9 @@ struct DepthPicture;  // depth_picture.h
 struct LightLattice;  // subject_light.h
 struct ScenePlanes;   // view/scene_planes.h
 
-/// How the subjects' shadow of the scene's main light is drawn.
-enum class ShadowQuality {
-  off,
-  hard,  ///< of the light's middle alone
-  fast,  ///< processor: 4 rays a pixel; GL: one look-up in every light cell
-  good,  ///< processor: 12 rays; GL: percentage-closer soft shadows of 4 looks in every cell
-  best,  ///< processor: up to 64 rays; GL: of 16 looks, with 16 cells whatever light_samples says
-};
+/// How exactly the subjects' shadow of the scene's main light is drawn: shadow_recipe.h. hard is of the
+/// light's middle alone.
+enum class ShadowQuality { off, hard, fast, good, best };
 
 /// How the subjects' image in the scene's largest planar mirror is drawn.
 enum class MirrorMode {
@@ -54,7 +49,7 @@ enum class AlphaCoding {
 /// How composites are drawn.
 struct RenderSettings {
   ShadowQuality shadow = ShadowQuality::good;
-  int light_samples = 16;     ///< GL only: cells of an area light, 1, 4, 9 or 16
+  int light_samples = 16;     ///< GL only: cells of an area light, 1, 4, 9 or 16; of best always 16
   int shadow_map_size = 256;  ///< GL only: texels per side, 16 to 4096; of a hard shadow 8 times
   MirrorMode mirror = MirrorMode::fresnel;
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
@@ -132,6 +127,11 @@ struct RenderPlan {
   }
   bool untouched() const { return changed().empty(); }
 };
+
+/// The light that throws the shadow; \p plan must have one.
+inline const Light& light_of(const RenderFrame& frame, const RenderPlan& plan) {
+  return frame.lights[static_cast<std::size_t>(plan.light)];
+}
 
 /// The plan's mirror; null: none.
 const Mirror* mirror_of(const RenderFrame& frame, const RenderPlan& plan);

@@ -12,12 +12,13 @@ GType enum_type<ShadowQuality>() {
       {{ShadowQuality::off, "No shadow", "off"},
        {ShadowQuality::hard,
         "Of the light's middle alone: harder and darker than the scene's own shadows", "hard"},
-       {ShadowQuality::fast,
-        "4 rays a pixel; GL: percentage-closer soft shadows in every cell of the light", "fast"},
-       {ShadowQuality::good, "12 rays a pixel; GL: one look-up in every cell of the light", "good"},
-       {ShadowQuality::best, "Up to 64 rays a pixel; GL: one look-up in each of 16 cells", "best"},
-       {ShadowQuality::fast, "Old name of fast", "pcss"},
-       {ShadowQuality::good, "Old name of good", "area"}});
+       {ShadowQuality::fast, "4 rays a pixel; OpenGL: one look-up in each of 16 cells of the light",
+        "fast"},
+       {ShadowQuality::good,
+        "12 rays a pixel; OpenGL: percentage-closer soft shadows of 4 look-ups in each cell",
+        "good"},
+       {ShadowQuality::best, "Up to 64 rays a pixel; OpenGL: of 16 look-ups in each cell",
+        "best"}});
 }
 
 template <>
@@ -121,16 +122,6 @@ std::span<const Property<CompositeSettings>> composite_properties() {
       property<&S::shadow>("shadow", "Shadow",
                            "How exactly the subject's shadow of the scene's main light is drawn. "
                            "How soft it is depends on the size of that light in the scene."),
-      property<&S::light_samples>("light-samples", "Light samples",
-                                  "Into how many equal cells GL cuts the main light for soft "
-                                  "shadows (1, 4, 9 or 16; others "
-                                  "are rounded): more follow a large light better.",
-                                  1, 16),
-      property<&S::shadow_map_size>(
-          "shadow-map-size", "Shadow map size",
-          "Texels per side of GL's depth maps of the subject seen from the light (16 to 4096); a "
-          "hard shadow's has eight times as many, up to 4096.",
-          16, 4096),
       property<&S::mirror>(
           "mirror", "Mirror",
           "How the subject's image in the scene's largest planar mirror is drawn."),
@@ -221,8 +212,6 @@ std::span<const Property<CompositeSettings>> composite_properties() {
 RenderSettings render_settings(const CompositeSettings& settings) {
   RenderSettings out;
   out.shadow = settings.shadow;
-  out.light_samples = settings.light_samples;
-  out.shadow_map_size = settings.shadow_map_size;
   out.mirror = settings.mirror;
   out.reflection_alpha = static_cast<float>(settings.reflection_alpha);
   out.alpha = settings.alpha;

@@ -43,8 +43,6 @@ struct CompositeSettings : ViewportSettings {
   Backend backend = Backend::automatic;
   SubjectShape subject = SubjectShape::mesh;
   ShadowQuality shadow = RenderSettings{}.shadow;
-  int light_samples = RenderSettings{}.light_samples;
-  int shadow_map_size = RenderSettings{}.shadow_map_size;
   MirrorMode mirror = RenderSettings{}.mirror;
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   AlphaCoding alpha = AlphaCoding::straight;

@@ -39,7 +39,7 @@ struct Stage {
     layer.set(traced.get(), {pixels_from_scene(frame.viewport), width, height, 4, {}, -1});
     layer.ensure_middles({0, 0, width, height});
   }
-  const Light& light() const { return frame.lights[static_cast<std::size_t>(plan.light)]; }
+  const Light& light() const { return light_of(frame, plan); }
 
   /// Where rays to the light start at the middle of pixel (x, y), and the normal there.
   Surface surface(int x, int y) const {
@@ -81,11 +81,13 @@ struct Errors {
 /// Over the pixels that either says are shaded.
 Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& expected) {
   ShadowCasters casters;
-  casters.set(stage.plan, stage.light(), quality, false);
+  RenderSettings settings;
+  settings.shadow = quality;
+  const ShadowRecipe recipe = shadow_recipe(settings, stage.light());
+  casters.set(stage.plan, stage.light(), recipe, false);
   AreaShadow shadow;
   const ShadowView view{stage.layer, Vec3f(stage.plan.eye), PixelRays(stage.frame.viewport)};
-  shadow.begin(casters, view, stage.light(), quality,
-               {0, 0, stage.frame.width, stage.frame.height});
+  shadow.begin(casters, view, stage.light(), recipe, {0, 0, stage.frame.width, stage.frame.height});
   shadow.draw(casters, *stage.traced, view, stage.light());
   // AreaShadow's E is the mean over the light's points; divided by its area it is per radiance.
   const float area = 4.0f * glm::length(glm::cross(stage.light().u, stage.light().v));

@@ -57,6 +57,18 @@ struct Compositor::State {
 
   explicit State(RenderStatistics& of_renderer) : statistics(of_renderer) {}
 
+  PassInput input(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+                  bool translucent) {
+    return {frame,
+            plan,
+            settings,
+            scene,
+            subjects,
+            timer,
+            plan.light < 0 ? ShadowRecipe() : shadow_recipe(settings, light_of(frame, plan)),
+            translucent};
+  }
+
   void use_scene(const RenderFrame& frame);
   void upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
                        const RenderSettings& settings);
@@ -171,13 +183,13 @@ bool Compositor::State::draw_scene(const PassInput& in) {
   // The mirror looks up points all over the picture.
   const bool whole = !plan.mirror.empty() || !in.settings.skip;
   const bool kept =
-      layers.draw(in.frame, in.settings, direct_view(in.frame, plan),
+      layers.draw(in.frame, in.settings.skip, direct_view(in.frame, plan),
                   whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
-                  !plan.shadow.empty() || mirrored, scene);
+                  !plan.shadow.empty() || mirrored ? in.shadow.map_step : 0, scene);
   if (!mirrored) return kept;
-  return mirrored_layers.draw(in.frame, in.settings,
+  return mirrored_layers.draw(in.frame, in.settings.skip,
                               view_in_mirror(in.frame, plan, layers.albedo()), plan.mirror_shadow,
-                              true, scene) &&
+                              in.shadow.map_step, scene) &&
          kept;
 }
 
@@ -280,8 +292,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.use_scene(frame);
   s.upload_subjects(frame, plan, settings);
   s.timer.end();
-  const PassInput in{
-      frame, plan, settings, s.scene, s.subjects, s.timer, settings.alpha != AlphaCoding::ignored};
+  const PassInput in = s.input(frame, plan, settings, settings.alpha != AlphaCoding::ignored);
   s.draw_layers(in, background);
   s.timer.begin(Pass::blend);
   s.copy(background, target, {0, 0, frame.width, frame.height});
@@ -309,14 +320,9 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   s.statistics.background_bytes_uploaded = bytes;
   s.statistics.bytes_uploaded += bytes;
   s.timer.end();
-  const PassInput in{frame,
-                     plan,
-                     settings,
-                     s.scene,
-                     s.subjects,
-                     s.timer,
-                     settings.alpha != AlphaCoding::ignored &&
-                         any_translucent(background, background_stride, part)};
+  const PassInput in = s.input(frame, plan, settings,
+                               settings.alpha != AlphaCoding::ignored &&
+                                   any_translucent(background, background_stride, part));
   s.draw_layers(in, s.background.get());
   s.timer.begin(Pass::blend);
   s.copy(s.background.get(), s.output.get(), changed);

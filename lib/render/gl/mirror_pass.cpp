@@ -12,7 +12,7 @@ std::string lamps_define() {
 void set_lamps(gl::Program& program, const PassInput& in) {
   const RenderFrame& frame = in.frame;
   std::vector<const Light*> lamps;
-  if (in.plan.light >= 0) lamps.push_back(&frame.lights[static_cast<std::size_t>(in.plan.light)]);
+  if (in.plan.light >= 0) lamps.push_back(&light_of(frame, in.plan));
   for (const Light& light : frame.lights)
     if (lamps.empty() || &light != lamps[0]) lamps.push_back(&light);
   lamps.resize(std::min(lamps.size(), max_lamps));

@@ -3,6 +3,7 @@
 /// The passes of a composite that keep something from frame to frame.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@
 #include "render/gl/subject_buffers.h"
 #include "render/gl/tiles.h"
 #include "render/light_reach.h"
+#include "render/shadow_recipe.h"
 #include "render/subject_light.h"
 #include "scene/spot_cone.h"
 
@@ -30,6 +32,7 @@ struct PassInput {
   const SceneBuffers& scene;
   std::vector<SubjectBuffers>& subjects;  ///< as RenderPlan::subjects
   gl::PassTimer& timer;
+  ShadowRecipe shadow;       ///< of the plan's light, where it has one
   bool translucent = false;  ///< the background may have an alpha below 1 that counts
 };
 
@@ -109,7 +112,7 @@ class ShadowMaps {
 /// The programs of shadow passes.
 struct ShadowPrograms {
   gl::Program reach, tiles, blur, touched;
-  gl::Program receivers[5];  ///< by ShadowQuality
+  std::map<int, gl::Program> receivers;  ///< by ShadowRecipe::taps
 };
 
 /// Light that the subjects take away where a view of the scene looks.
@@ -132,7 +135,7 @@ class ShadowPass {
     Vec3f centre{0.0f}, forward{0.0f};
     bool operator==(const ReachKey&) const = default;
   };
-  gl::Program& receiver(ShadowQuality quality);
+  gl::Program& receiver(int taps);
   void find_extents(const PassInput& in, const LightReach::Map& map, SceneLayers& layers);
   void find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);
   void draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);

@@ -12,8 +12,8 @@ Vec2 inverse_from_depth(const Mat4& clip) {
   return {2.0 / b, -(1.0 + a) / b};
 }
 
-ShadowGrid::ShadowGrid(const RenderFrame& frame, ShadowQuality quality)
-    : step(quality == ShadowQuality::hard ? 1 : 2),
+ShadowGrid::ShadowGrid(const RenderFrame& frame, int every)
+    : step(every),
       width((frame.width + step - 1) / step),
       height((frame.height + step - 1) / step) {}
 
@@ -41,26 +41,21 @@ LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuin
           -1};
 }
 
-bool SceneLayers::draw(const RenderFrame& frame, const RenderSettings& settings,
-                       const LayerView& view, const Rectangle& seen, bool surfaces,
-                       const SceneBuffers& scene) {
+bool SceneLayers::draw(const RenderFrame& frame, bool skip, const LayerView& view,
+                       const Rectangle& seen, int step, const SceneBuffers& scene) {
   // The tiles beside the shadow's are asked, too.
   const Rectangle tiles = whole_tiles(seen, frame.width, frame.height);
   constexpr int around = 8;
   const Rectangle part = intersection(
       {tiles.x - around, tiles.y - around, tiles.width + 2 * around, tiles.height + 2 * around},
       {0, 0, frame.width, frame.height});
-  const Key key{frame.scene,
-                view.clip_from_scene,
-                view.mirror_mesh,
-                frame.width,
-                frame.height,
-                surfaces,
-                surfaces ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
+  const Key key{frame.scene,      view.clip_from_scene,
+                view.mirror_mesh, frame.width,
+                frame.height,     step > 0 ? ShadowGrid(frame, step) : ShadowGrid()};
   view_ = view;
-  if (settings.skip && key_ == key && intersection(part, part_) == part) return true;
+  if (skip && key_ == key && intersection(part, part_) == part) return true;
   // Of the same view, what was asked for before is asked for again as subjects move to and fro.
-  part_ = settings.skip && key_ == key ? bounding(part, part_) : part;
+  part_ = skip && key_ == key ? bounding(part, part_) : part;
   key_ = key;
   glDisable(GL_CULL_FACE);
   glDisable(GL_STENCIL_TEST);
@@ -73,7 +68,7 @@ bool SceneLayers::draw(const RenderFrame& frame, const RenderSettings& settings,
   layer_.resize(frame.width, frame.height, 2);
   layer_.bind();
   gl::scissor(part_);
-  if (surfaces) {
+  if (step > 0) {
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     draw_surfaces(frame, scene);
     return false;

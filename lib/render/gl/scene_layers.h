@@ -16,9 +16,9 @@ namespace polyhull {
 
 /// Where the shadow is computed: every `step` pixels of every `step` rows of the picture.
 struct ShadowGrid {
-  int step = 2, width = 0, height = 0;
+  int step = 0, width = 0, height = 0;
   ShadowGrid() = default;
-  ShadowGrid(const RenderFrame& frame, ShadowQuality quality);
+  ShadowGrid(const RenderFrame& frame, int step);
   /// The grid's pixels under \p part of the picture, and \p border more on each side.
   Rectangle under(const Rectangle& part, int border) const;
   bool operator==(const ShadowGrid&) const = default;
@@ -47,17 +47,18 @@ Vec2 inverse_from_depth(const Mat4& clip);
 class SceneLayers {
  public:
   /// Makes ready what \p view sees in the tiles of \p seen (pixels) and a little around them: the
-  /// depth, with \p surfaces the rest, too. Returns whether all of it was kept from before.
-  bool draw(const RenderFrame& frame, const RenderSettings& settings, const LayerView& view,
-            const Rectangle& seen, bool surfaces, const SceneBuffers& scene);
+  /// depth, and for a grid of \p step the rest, too (0: no grid). Returns whether all of it was kept from
+  /// before, which \p skip allows.
+  bool draw(const RenderFrame& frame, bool skip, const LayerView& view, const Rectangle& seen,
+            int step, const SceneBuffers& scene);
 
   /// Forgets all, where another scene comes.
   void forget() { key_.reset(); }
 
   GLuint depth() { return layer_.depth(); }
-  /// Albedo / pi, 1/z; on LayerView::mirror_mesh -1/z. Only with surfaces.
+  /// Albedo / pi, 1/z; on LayerView::mirror_mesh -1/z. Only with a grid.
   GLuint albedo() { return layer_.colour(0); }
-  /// Normals, 1/z. Only with surfaces.
+  /// Normals, 1/z. Only with a grid.
   GLuint normals() { return layer_.colour(1); }
   /// What of the picture is drawn.
   const Rectangle& part() const { return part_; }
@@ -75,7 +76,6 @@ class SceneLayers {
     Mat4 clip_from_scene{0.0};
     int mirror_mesh = -1;
     int width = 0, height = 0;
-    bool surfaces = false;
     ShadowGrid grid;
     bool operator==(const Key&) const = default;
   };

@@ -7,18 +7,6 @@
 namespace polyhull {
 namespace {
 
-constexpr int static_map_size = 1024;
-
-/// Of a hard shadow's maps; they are to be finer than the picture.
-int hard_map_size(const RenderSettings& settings) {
-  return std::clamp(8 * settings.shadow_map_size, 16, 4096);
-}
-
-int subject_map_size(const RenderSettings& settings) {
-  return settings.shadow == ShadowQuality::hard ? hard_map_size(settings)
-                                                : std::clamp(settings.shadow_map_size, 16, 4096);
-}
-
 /// Half of what a map shows, in tangents: the wider of both directions.
 float half_width(const LightView& view) {
   const Mat4& clip = view.clip_from_scene;
@@ -70,7 +58,7 @@ bool is_sun(const Light& light, const Bounds& scene) {
 
 float irradiance_scale(const PassInput& in) {
   constexpr double near = 32.0;  // metres
-  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const Light& light = light_of(in.frame, in.plan);
   const Bounds& scene = in.scene.bounds();
   const Vec3 centre(light.centre);
   const double distance = glm::distance(centre, glm::clamp(centre, scene.min, scene.max));
@@ -93,14 +81,10 @@ void ShadowMaps::find_reach(const Light& light, const SubjectsShape& shape) {
 }
 
 void ShadowMaps::draw(const PassInput& in) {
-  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-  const bool hard = in.settings.shadow == ShadowQuality::hard;
-  const int wanted = in.settings.shadow == ShadowQuality::best
-                         ? max_light_samples
-                         : std::clamp(in.settings.light_samples, 1, max_light_samples);
+  const Light& light = light_of(in.frame, in.plan);
   Light casting = light;
-  if (hard) casting.u = casting.v = Vec3f(0.0f);  // its middle alone
-  const std::vector<Vec3> cells = light_cells(casting, wanted);
+  if (in.shadow.hard) casting.u = casting.v = Vec3f(0.0f);  // its middle alone
+  const std::vector<Vec3> cells = light_cells(casting, in.shadow.cells);
   const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(cells.size()))));
   const SubjectsShape shape = shape_of(in.plan);
   const std::vector<Vec3f>& points = shape.points;
@@ -117,7 +101,7 @@ void ShadowMaps::draw(const PassInput& in) {
   glDepthFunc(GL_LESS);
   views_.clear();
   static_views_.clear();
-  subject_maps_.resize(subject_map_size(in.settings), static_cast<int>(cells.size()));
+  subject_maps_.resize(in.shadow.map_size, static_cast<int>(cells.size()));
   depth_of_hull_.use();
   const bool sun = is_sun(light, in.scene.bounds());
   const std::vector<Vec3> box = corners(in.scene.bounds());
@@ -128,7 +112,7 @@ void ShadowMaps::draw(const PassInput& in) {
     views_.push_back(view_of_points(casting, cells[i], side, points, far));
     // The scene's maps are of the scene alone: subjects move, and these maps stay. A hard shadow's is
     // as fine as the subjects' own, of what lies before and behind them.
-    if (hard)
+    if (in.shadow.hard)
       static_views_.push_back(
           view_of_points(casting, cells[i], side, points, far, sun ? far / 2.0 : 0.02));
     else if (sun)
@@ -148,8 +132,7 @@ void ShadowMaps::draw(const PassInput& in) {
 }
 
 void ShadowMaps::draw_static_maps(const PassInput& in) {
-  StaticKey key{in.frame.scene, static_map_size, {}};
-  if (in.settings.shadow == ShadowQuality::hard) key.size = hard_map_size(in.settings);
+  StaticKey key{in.frame.scene, in.shadow.scene_map_size, {}};
   for (const LightView& view : static_views_) key.views.push_back(view.clip_from_scene);
   static_reused_ = in.settings.skip && static_key_ == key;
   if (static_reused_) return;
@@ -172,7 +155,7 @@ float ShadowMaps::texel() const {
 }
 
 void ShadowMaps::set(gl::Program& program, const PassInput& in) {
-  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const Light& light = light_of(in.frame, in.plan);
   const int count = static_cast<int>(views_.size());
   const int stride = count % 4 == 0 ? 4 : 1;
   std::vector<glm::vec3> positions;

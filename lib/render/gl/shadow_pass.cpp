@@ -16,10 +16,9 @@ Rectangle tiles_of(const Rectangle& part) {
 
 }  // namespace
 
-gl::Program& ShadowPass::receiver(ShadowQuality quality) {
-  gl::Program& program = programs_.receivers[static_cast<int>(quality)];
+gl::Program& ShadowPass::receiver(int taps) {
+  gl::Program& program = programs_.receivers[taps];
   if (!program.made()) {
-    const int taps = quality == ShadowQuality::best ? 16 : quality == ShadowQuality::good ? 4 : 0;
     program =
         gl::Program("tiles.vert", "shadow.frag",
                     {"MAX_LIGHT_SAMPLES " + std::to_string(max_light_samples),
@@ -80,7 +79,7 @@ void ShadowPass::find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& 
   gl::bind_texture(2, GL_TEXTURE_2D, maps.reach_sums());
   program.set("map_low", map.low);
   program.set("map_scale", map.scale);
-  program.set("reach", in.settings.shadow == ShadowQuality::hard ? Vec2f(0.0f) : map.extent);
+  program.set("reach", in.shadow.hard ? Vec2f(0.0f) : map.extent);
   program.set("subject_nearest", map.nearest);
   // A cell's maps look towards the subjects and not along the light's normal: off that axis a texel
   // is wider in the light's map.
@@ -104,7 +103,7 @@ void ShadowPass::clear(gl::LightLayer& layer, const PassInput& in, const ShadowG
 void ShadowPass::draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLayers& layers) {
   const ShadowGrid& grid = layers.grid();
   clear(asked_, in, grid);
-  gl::Program& program = receiver(in.settings.shadow);
+  gl::Program& program = receiver(in.shadow.taps);
   program.use();
   maps.set(program, in);
   layers.set_places(program, 3);
@@ -139,7 +138,7 @@ void ShadowPass::find_touched(const PassInput& in, const ShadowGrid& grid) {
   program.set("span", side / grid.step);
   program.set("beyond", grid.step - 1);
   // Where composite.frag leaves the background as it is, whatever the albedo, which is at most 1.
-  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const Light& light = light_of(in.frame, in.plan);
   const Vec3f power = light_power(light) * (in.frame.exposure / irradiance_scale(in));
   const float most = std::max({power.x, power.y, power.z, 1e-30f}) / std::numbers::pi_v<float>;
   program.set("least", 0.99f * 4e-5f / most);
@@ -154,9 +153,8 @@ void ShadowPass::draw(const PassInput& in, ShadowMaps& maps, SceneLayers& layers
   cleared_ = cleared;
   find_tiles(in, maps, layers);
   draw_irradiance(in, maps, layers);
-  const bool hard = in.settings.shadow == ShadowQuality::hard;
-  if (!hard) blur(in, layers.grid());
-  taken_ = hard ? asked_.colour() : gathered_.colour();
+  if (!in.shadow.hard) blur(in, layers.grid());
+  taken_ = in.shadow.hard ? asked_.colour() : gathered_.colour();
   if (skips_) find_touched(in, layers.grid());
 }
 

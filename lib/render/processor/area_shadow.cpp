@@ -35,13 +35,6 @@ std::vector<Vec3f> light_places(const Light& light, int all, int rays, int first
 
 }  // namespace
 
-AreaShadow::Effort AreaShadow::effort(ShadowQuality quality, const Light& light) {
-  if (!light.is_area() || quality == ShadowQuality::hard) return {1, 1};
-  if (quality == ShadowQuality::fast) return {4, 4};
-  if (quality == ShadowQuality::good) return {12, 4};
-  return {64, 16};
-}
-
 /// The pixels of the grid that this frame draws.
 Rectangle AreaShadow::drawn() const {
   return intersection(
@@ -155,9 +148,9 @@ Rectangle AreaShadow::asked(const Rectangle& part, const LayerView& view) {
 
 /// Makes room for the view's grid, and forgets what the view, the light or the number of rays has
 /// made void. Returns whether what the scene hides from the light stays.
-bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& light, int rays) {
+bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& light) {
   const LayerView& size = view.layer.view();
-  const int step = rays == 1 ? 1 : 2;  // one ray a pixel tells nothing of those beside it
+  const int step = recipe_.ray_step;
   const int columns = (size.width + step - 1) / step, lines = (size.height + step - 1) / step;
   const auto count = static_cast<std::size_t>(columns) * lines;
   const std::pair layers{view.layer.generation(), view.mirror ? view.mirror->generation() : 0};
@@ -184,9 +177,9 @@ bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& li
     for (std::uint8_t& known : block_known_) known = std::min<std::uint8_t>(known, 1);
   }
   block_state_.assign(blocks, 0);
-  const bool same = light == light_ && per_pixel_ == rays;
+  const bool same = light == light_ && per_pixel_ == recipe_.rays;
   light_ = light;
-  per_pixel_ = rays;
+  per_pixel_ = recipe_.rays;
   if (fresh || same) return !fresh;  // with a receiver comes that nothing is known of its light
   for (auto* bits : {&open_known_, &open_}) std::fill(bits->begin(), bits->end(), 0);
   return false;
@@ -220,13 +213,13 @@ void AreaShadow::mark_shaded() {
 }
 
 bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, const Light& light,
-                       ShadowQuality quality, const Rectangle& shaded) {
-  work_ = effort(quality, light);
+                       const ShadowRecipe& recipe, const Rectangle& shaded) {
+  recipe_ = recipe;
   const Rectangle part = surroundings(shaded, view.layer.view());
   rays_of_pixels_ = view.rays;
-  const bool kept =
-      lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light, work_.rays);
-  if (!kept) places_ = light_places(light, neighbours * work_.rays, work_.rays, work_.first);
+  const bool kept = lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light);
+  if (!kept)
+    places_ = light_places(light, neighbours * recipe_.rays, recipe_.rays, recipe_.first_rays);
   const int span = step_ * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
@@ -264,12 +257,12 @@ void AreaShadow::draw(ShadowCasters& subjects, const TracedScene& scene, const S
     });
   } else {
     in_blocks(1, [&](std::size_t number) {
-      rays += trace(subjects, scene, light, number, 0, work_.first);
+      rays += trace(subjects, scene, light, number, 0, recipe_.first_rays);
     });
-    if (work_.rays > work_.first) {
-      in_blocks(1, [&](std::size_t number) { find_mixed(number, work_.first); });
+    if (recipe_.rays > recipe_.first_rays) {
+      in_blocks(1, [&](std::size_t number) { find_mixed(number, recipe_.first_rays); });
       in_blocks(1, [&](std::size_t number) {
-        rays += trace(subjects, scene, light, number, work_.first, work_.rays);
+        rays += trace(subjects, scene, light, number, recipe_.first_rays, recipe_.rays);
       });
     }
   }

@@ -21,6 +21,7 @@
 #include "render/processor/scene/receivers.h"
 #include "render/processor/scene/scene_layer.h"
 #include "render/processor/shadow_casters.h"
+#include "render/shadow_recipe.h"
 
 namespace polyhull::processor {
 
@@ -46,7 +47,7 @@ class AreaShadow {
   /// \p view sees it; its layer's middles are drawn in the pixels asked(). Returns whether what the
   /// scene itself hides from the light is kept from before.
   bool begin(const ShadowCasters& subjects, const ShadowView& view, const Light& light,
-             ShadowQuality quality, const Rectangle& part);
+             const ShadowRecipe& recipe, const Rectangle& part);
 
   /// What begin() found, and around it: a rectangle for each row of blocks.
   std::vector<Rectangle> reached(const LayerView& view) const;
@@ -73,18 +74,13 @@ class AreaShadow {
   std::uint64_t rays() const { return rays_; }
 
  private:
-  /// Rays per pixel, and how many of them come first.
-  struct Effort {
-    int rays = 0, first = 0;
-  };
-  static Effort effort(ShadowQuality quality, const Light& light);
   static constexpr int block = ShadowTile::side;  // pixels of the grid on a side
   static constexpr int neighbours = 16;           // pixels that ask for different places
   static constexpr int margin = 4;                // pixels of the picture
 
   struct Packet;
 
-  bool lay_out(const ShadowView& view, bool other_map, const Light& light, int rays);
+  bool lay_out(const ShadowView& view, bool other_map, const Light& light);
   bool may_shade(const LightReach& reach, const ShadowView& view, std::size_t number);
   void find_depths(const ShadowView& view, std::size_t number);
   LightReach::Extent extent_of(const LightReach& reach, const ShadowView& view,
@@ -133,7 +129,7 @@ class AreaShadow {
   Light light_;
   PixelRays rays_of_pixels_;
   int per_pixel_ = 0;
-  Effort work_;
+  ShadowRecipe recipe_;
   std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
   std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
   std::vector<std::uint64_t> open_;        // and lets the ray through

@@ -59,8 +59,8 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
       background_stride_(background_stride),
       target_(target) {
   if (plan.light < 0) return;
-  const Vec3f power = light_power(frame.lights[static_cast<std::size_t>(plan.light)]) *
-                      (frame.exposure / std::numbers::pi_v<float>);
+  const Vec3f power =
+      light_power(light_of(frame, plan)) * (frame.exposure / std::numbers::pi_v<float>);
   for (int c = 0; c < 3; ++c) power_[c] = power[c];
   const float most = std::max({power_[0], power_[1], power_[2]});
   least_taken_ = 0.999f * BlendPixels::least_missing / std::max(most, 1e-30f);

@@ -28,7 +28,7 @@ struct ProcessorRenderer::State : Layers {
   std::optional<std::uint64_t> geometry;  // geometry_key() of the scene, once it is asked for
   ShadowCasters casters;
   std::optional<Light> shadow_light;      // for which casters has the subjects
-  ShadowQuality shadow_quality{};         // the same
+  ShadowRecipe recipe;                    // the same
   std::vector<std::uint8_t> mirror_ways;  // MirrorView's
   std::vector<std::uint8_t> background_copy;
 
@@ -118,11 +118,11 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
         ready_subjects(frame, plan, settings, statistics);
         bring_to_screen(frame, plan);
       } else {
-        const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
-        casters.set(plan, light, settings.shadow,
-                    same && shadow_light == light && shadow_quality == settings.shadow);
+        const Light& light = light_of(frame, plan);
+        const ShadowRecipe now = shadow_recipe(settings, light);
+        casters.set(plan, light, now, same && shadow_light == light && recipe == now);
         shadow_light = light;
-        shadow_quality = settings.shadow;
+        recipe = now;
       }
       prepared[task] = own.lap();
     }
@@ -176,8 +176,7 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   }
   std::vector<Rectangle> sampled{plan.subject, plan.mirror};
   if (!plan.mirror_shadow.empty()) {
-    mirror_shadow.begin(casters, view_in_mirror(frame, plan),
-                        frame.lights[static_cast<std::size_t>(plan.light)], settings.shadow,
+    mirror_shadow.begin(casters, view_in_mirror(frame, plan), light_of(frame, plan), recipe,
                         plan.mirror_shadow);
     const std::vector<Rectangle> reached = mirror_shadow.reached(view);
     sampled.insert(sampled.end(), reached.begin(), reached.end());
@@ -200,12 +199,11 @@ void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const Rend
                                             const RenderSettings& settings,
                                             RenderStatistics& statistics) {
   if (plan.light < 0) return;
-  const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
+  const Light& light = light_of(frame, plan);
   const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
   if (!plan.shadow.empty()) {
     const ShadowView view{direct, Vec3f(plan.eye), rays};
-    statistics.static_shadow_reused =
-        shadow.begin(casters, view, light, settings.shadow, plan.shadow);
+    statistics.static_shadow_reused = shadow.begin(casters, view, light, recipe, plan.shadow);
     shadow.draw(casters, *scene, view, light);
     statistics.rays += shadow.rays();
   }

@@ -53,7 +53,7 @@ void gather_around(const ImageHull& hull, const ImageHull::Origin& origin,
 
 }  // namespace
 
-void ShadowCasters::set(const RenderPlan& plan, const Light& light, ShadowQuality quality,
+void ShadowCasters::set(const RenderPlan& plan, const Light& light, const ShadowRecipe& recipe,
                         bool same) {
   if (same) return;
   places_.clear();
@@ -69,8 +69,7 @@ void ShadowCasters::set(const RenderPlan& plan, const Light& light, ShadowQualit
     add_convex(subject.points, shape);
   }
   if (reach_.build(light, shape.points, shape.triangles)) ++map_;
-  // As exact as the number of rays of these asks for.
-  masked_ = images_.empty() && (quality == ShadowQuality::fast || quality == ShadowQuality::good);
+  masked_ = images_.empty() && recipe.masked;
   masks_.resize(plan.subjects.size());
   for (std::size_t i = 0; masked_ && i < masks_.size(); ++i)
     masked_ = masks_[i].set(reach_, plan.subjects[i].points, plan.subjects[i].mesh->hull.triangles);

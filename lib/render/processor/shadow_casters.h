@@ -13,14 +13,15 @@
 #include "render/frame.h"
 #include "render/light_reach.h"
 #include "render/processor/light_masks.h"
+#include "render/shadow_recipe.h"
 
 namespace polyhull::processor {
 
 class ShadowCasters {
  public:
-  /// The subjects that block \p light now, in scene coordinates, for shadows of \p quality. \p same: they,
-  /// the light and the quality are those of the last call.
-  void set(const RenderPlan& plan, const Light& light, ShadowQuality quality, bool same);
+  /// The subjects that block \p light now, in scene coordinates, as \p recipe asks for them. \p same:
+  /// they, the light and the recipe are those of the last call.
+  void set(const RenderPlan& plan, const Light& light, const ShadowRecipe& recipe, bool same);
 
   /// Makes \p places on the light (scene coordinates) ready to be asked for.
   void aim(std::span<const Vec3f> places);

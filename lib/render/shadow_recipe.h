@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// How much work a shadow is, by its quality: both renderers do what this says.
+#pragma once
+
+#include <algorithm>
+
+#include "render/frame.h"
+
+namespace polyhull {
+
+/// What a ShadowQuality does with a light.
+struct ShadowRecipe {
+  bool hard = false;  ///< of the light's middle alone
+
+  // The processor's: rays to points of the light.
+  int rays = 12;       ///< of a pixel
+  int first_rays = 4;  ///< of these; the others only where the first do not agree, there and around
+  bool masked = true;  ///< looked up in images of what meshes hide (light_masks.h), not traced
+  int ray_step = 2;    ///< only every so many pixels of every so many rows have rays
+
+  // OpenGL's: look-ups in depth maps.
+  int cells = max_light_samples;  ///< of an area light, each with maps of its own: n * n
+  int taps = 4;               ///< looks in each cell, for blockers and then for light; 0: one alone
+  int map_size = 256;         ///< texels a side of the subjects' maps
+  int scene_map_size = 1024;  ///< and of the scene's
+  int map_step = 2;           ///< as ray_step
+
+  bool operator==(const ShadowRecipe&) const = default;
+};
+
+/// What \p settings do with \p light, whose shadow is not off.
+inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& light) {
+  ShadowRecipe recipe;
+  recipe.cells = std::clamp(settings.light_samples, 1, max_light_samples);
+  recipe.map_size = std::clamp(settings.shadow_map_size, 16, 4096);
+  if (settings.shadow == ShadowQuality::fast) {
+    recipe.rays = 4;
+    recipe.taps = 0;
+  } else if (settings.shadow == ShadowQuality::best) {
+    recipe.rays = 64;  // traced: masks are as exact as fewer ask for
+    recipe.first_rays = 16;
+    recipe.masked = false;
+    recipe.cells = max_light_samples;
+    recipe.taps = 16;
+  } else if (settings.shadow == ShadowQuality::hard) {
+    recipe.hard = true;
+    recipe.masked = false;
+    recipe.cells = 1;
+    recipe.taps = 0;
+    // Finer than the picture, and the scene's as fine as the subjects'.
+    recipe.map_size = recipe.scene_map_size = std::clamp(8 * settings.shadow_map_size, 16, 4096);
+    recipe.map_step = 1;
+  }
+  if (recipe.hard || !light.is_area()) {
+    recipe.rays = recipe.first_rays = 1;
+    recipe.ray_step = 1;  // one ray a pixel tells nothing of those beside it
+  }
+  return recipe;
+}
+
+}  // namespace polyhull
