@@ -185,8 +185,8 @@ void ImageHull::gather(const Origin& origin, const std::array<Vec3f, 4>& corners
       const Vec3f way = turn * corners[static_cast<std::size_t>(c)];
       for (int axis = 0; axis < 3; ++axis) ways[c][axis] = way[axis];
     }
-    const int found = imagehull::loops().gather(view.chains(), origin.start[k].data(), ways,
-                                                bundle.chains.data() + kept);
+    const int found = imagehull::Loops::best().gather(view.chains(), origin.start[k].data(), ways,
+                                                      bundle.chains.data() + kept);
     if (found == 0 && !origin.inside[k]) return;
     kept += static_cast<std::uint32_t>(found);
     bundle.ends.push_back(kept);
@@ -210,7 +210,7 @@ void ImageHull::enter(const Origin& origin, const Bundle& bundle, const Directio
       scratch.inverse.resize(lanes * room);
     }
     std::uint32_t* edges = scratch.edges.data() + count;
-    const int found = imagehull::loops().cross(
+    const int found = imagehull::Loops::best().cross(
         views_[k].chains(), bundle.chains.data() + begin, static_cast<int>(end - begin),
         origin.start[k].data(), views_[k].rows, directions,
         scratch.inverse.data() + static_cast<std::ptrdiff_t>(lanes) * count, edges);
@@ -220,9 +220,9 @@ void ImageHull::enter(const Origin& origin, const Bundle& bundle, const Directio
     count += found;
     begin = end;
   }
-  imagehull::loops().enter(scratch.views.data(), static_cast<int>(views_.size()),
-                           scratch.inverse.data(), scratch.edges.data(), near, hits.inverse,
-                           hits.face);
+  imagehull::Loops::best().enter(scratch.views.data(), static_cast<int>(views_.size()),
+                                 scratch.inverse.data(), scratch.edges.data(), near, hits.inverse,
+                                 hits.face);
 }
 
 }  // namespace polyhull

@@ -7,6 +7,8 @@
 
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull {
 
 inline constexpr std::uint32_t no_triangle = 0xffffffffu;
@@ -44,19 +46,14 @@ struct SampleRows {
 };
 
 struct RasterLoops {
-  const char* name;
   /// Draws \p triangle into \p rows, which are not packed, where it is nearest.
   void (*draw)(const ScreenTriangle& triangle, const SampleRows& rows);
   /// The same into packed rows, and as \p id.
   void (*draw_packed)(const ScreenTriangle& triangle, std::uint32_t id, const SampleRows& rows);
+
+  static const RasterLoops& baseline();
+  static const RasterLoops& avx2();
+  static const RasterLoops& best() { return best_loops<RasterLoops>(); }
 };
-
-const RasterLoops& baseline_raster_loops();
-#if defined(__x86_64__)
-const RasterLoops& avx2_raster_loops();
-#endif
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const RasterLoops& raster_loops();
 
 }  // namespace polyhull

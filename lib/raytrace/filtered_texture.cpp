@@ -104,7 +104,7 @@ FilteredTexture::FilteredTexture(const Picture& picture) {
 
 Vec3f FilteredTexture::over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) const {
   Float4 mean;
-  view_loops().over(levels(), &uv.x, &du.x, &dv.x, &mean);
+  ViewLoops::best().over(levels(), &uv.x, &du.x, &dv.x, &mean);
   return {mean[0], mean[1], mean[2]};
 }
 

@@ -27,7 +27,7 @@ class FilteredTexture {
   /// filtering.
   Vec3f over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) const;
 
-  /// For view_loops(), as long as this lives.
+  /// For ViewLoops::best(), as long as this lives.
   TextureLevels levels() const {
     return {texels_.data(), levels_.data(), static_cast<int>(levels_.size())};
   }

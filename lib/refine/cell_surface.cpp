@@ -47,8 +47,8 @@ void Signs::find(const Level& fine, int threads) {
     for (std::size_t r = first; r < last; ++r) {
       const Extent extent = fine.rows[r];
       const int begin = extent.begin / 64 * 64, end = (extent.end + 7) / 8 * 8;
-      loops().signs(fine.values.data() + r * grid.row() + begin, 0.0f, end - begin,
-                    bits.data() + r * words + begin / 64);
+      Loops::best().signs(fine.values.data() + r * grid.row() + begin, 0.0f, end - begin,
+                          bits.data() + r * words + begin / 64);
     }
   });
 }

@@ -16,14 +16,14 @@ void sample_ray(const Grid& grid, const std::vector<float>& values, const Contac
                 float from, float step, int count, float* out) {
   const Vec3f at = (ray.point(from) - grid.low) / grid.cell;
   const Vec3f way = ray.direction * (step / grid.cell);
-  loops().along({values.data(),
-                 grid.nx,
-                 grid.ny,
-                 grid.nz,
-                 outside,
-                 {at.x, at.y, at.z},
-                 {way.x, way.y, way.z}},
-                count, out);
+  Loops::best().along({values.data(),
+                       grid.nx,
+                       grid.ny,
+                       grid.nz,
+                       outside,
+                       {at.x, at.y, at.z},
+                       {way.x, way.y, way.z}},
+                      count, out);
 }
 
 void add_pieces(const ContactRay& ray, std::span<const Level> parts, std::vector<float>& depths,

@@ -232,7 +232,7 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const
                            memory.asked.data() + row,
                            memory.asks.data() + 2 * node};
       for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
-        for (const AskingRim& rim : memory.rims_of_slab[k]) loops().ask(rim, slab);
+        for (const AskingRim& rim : memory.rims_of_slab[k]) Loops::best().ask(rim, slab);
     }
   });
   parallel_for(fine.rows.size(), 256, threads, [&](std::size_t begin, std::size_t end) {

@@ -81,7 +81,7 @@ void HullRows::find(const Grid& grid, float y, float z, std::span<const float> x
     const float at = begin.x + grid.cell * x[i];
     out[i] = std::min(across, std::min(at - low.x, high.x - at));
   }
-  for (const MapView& view : views_) loops().inside(view, points, out);
+  for (const MapView& view : views_) Loops::best().inside(view, points, out);
 }
 
 namespace {

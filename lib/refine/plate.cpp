@@ -156,7 +156,7 @@ double PlateSolver::sum_rows(int threads, const Body& body) {
 }
 
 double PlateSolver::bend(const float* f, float tie, int threads) {
-  const Loops& use = loops();
+  const Loops& use = Loops::best();
   const double bent = sum_rows(threads, [&](std::size_t node, const PlateRow& row, float* sums) {
     use.laplacian(row, f + node, tie, laplacian_.data() + node, sums);
   });
@@ -168,7 +168,7 @@ double PlateSolver::bend(const float* f, float tie, int threads) {
 }
 
 double PlateSolver::step(const float* f, float tie, float length, int threads) {
-  const Loops& use = loops();
+  const Loops& use = Loops::best();
   return sum_rows(threads, [&](std::size_t node, const PlateRow& row, float* sums) {
     use.step(row, f + node, laplacian_.data() + node, tie, length, more_.data() + node,
              solution_.data() + node, residual_.data() + node, sums);
@@ -196,7 +196,7 @@ void PlateSolver::solve(Level& level, const ContactRays& rays, std::uint32_t par
   float keep = 0.0f;
   for (int i = 0; i < settings.steps && error > 1e-11; ++i) {
     sum_rows(threads, [&](std::size_t node, const PlateRow& row, float*) {
-      loops().turn(row.count, residual_.data() + node, keep, direction_.data() + node);
+      Loops::best().turn(row.count, residual_.data() + node, keep, direction_.data() + node);
     });
     const double curvature = bend(direction_.data(), tie, threads);
     if (!(curvature > 0.0)) break;

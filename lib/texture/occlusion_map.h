@@ -50,6 +50,6 @@ bool leaves_frame(const OcclusionMap& map, const Camera& camera);
 /// Fills the map from \p grid, which has \p finer times \p finer texels for each of it; \p fade_width
 /// in pixels of the camera.
 void finish_map(const DepthGrid& grid, int finer, const Camera& camera, double fade_width,
-                OcclusionMap& map, const TextureLoops& loops = texture_loops());
+                OcclusionMap& map, const TextureLoops& loops = TextureLoops::best());
 
 }  // namespace polyhull

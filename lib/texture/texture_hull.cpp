@@ -74,9 +74,9 @@ void weigh(const Hull& hull, std::span<const Camera> cameras, const std::vector<
   std::vector<float> weights(end - begin);
   for (std::size_t k = 0; k < views; ++k) {
     const Vec3f eye(cameras[k].centre() - hull.origin);
-    texture_loops().weigh({end - begin, &hull.vertices[begin].x},
-                          by_normal ? &out.normals[begin].x : nullptr, &eye.x,
-                          &sights[k].sums[2 * begin], weights.data());
+    TextureLoops::best().weigh({end - begin, &hull.vertices[begin].x},
+                               by_normal ? &out.normals[begin].x : nullptr, &eye.x,
+                               &sights[k].sums[2 * begin], weights.data());
     for (std::size_t v = begin; v < end; ++v) out.weights[v * views + k] = weights[v - begin];
   }
 }

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull {
 
 /// A picture of 1 / depth, 0 where there is no surface; texel (x, y) is a point sample there. Rows
@@ -85,8 +87,6 @@ struct FaceArrays {
 };
 
 struct TextureLoops {
-  const char* name;
-
   /// Points through \p matrix (3 x 4): x / z, y / z, 1 / z; 0 three times where z is not positive.
   void (*project)(const double (*matrix)[4], const MeshPoints& points, float* x, float* y,
                   float* inverse);
@@ -140,14 +140,10 @@ struct TextureLoops {
   /// \p wide has room for as many.
   void (*finish_texels)(const float* depth, const int* distance, const MapScale& map, float* wide,
                         std::uint16_t* depths, std::uint8_t* fade);
+
+  static const TextureLoops& baseline();
+  static const TextureLoops& avx2();
+  static const TextureLoops& best() { return best_loops<TextureLoops>(); }
 };
-
-const TextureLoops& baseline_texture_loops();
-#if defined(__x86_64__)
-const TextureLoops& avx2_texture_loops();
-#endif
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const TextureLoops& texture_loops();
 
 }  // namespace polyhull

@@ -50,7 +50,7 @@ struct SightSettings {
 /// Finds what views see, one after the other, and keeps the memory. One object per thread.
 class Seer {
  public:
-  explicit Seer(const TextureLoops& loops = texture_loops());
+  explicit Seer(const TextureLoops& loops = TextureLoops::best());
   ~Seer();
 
   /// View number \p number of \p hull. The hull's indices must be in order and its vertices finite.

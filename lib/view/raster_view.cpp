@@ -211,7 +211,7 @@ void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
   const std::uint32_t* ids =
       &band.ids[static_cast<std::size_t>(y - band.top) * (end - x) * packed_samples];
   std::uint8_t whole[Span::most];
-  view_loops().alike(ids, end - x, whole);
+  ViewLoops::best().alike(ids, end - x, whole);
   if (pass.mirror != nullptr) {
     // Not by wanted(): this is vectorised.
     const std::uint8_t* shown = &mirror_samples_[row + x];
@@ -277,18 +277,18 @@ void RasterView::shade(const Pass& pass, Band& band, PixelRun& run, int y) {
   if (mirror != SpanShader::no_mirror) {
     const Mirror& of = scene_.scene().mirrors[mirror];
     const Material& material = material_of(scene_.scene(), of);
-    view_loops().fresnel(pass.rays_to(of, span), own);
+    ViewLoops::best().fresnel(pass.rays_to(of, span), own);
     row.own_fifth = own;
     row.own_f0 = to_float4(material.f0());
     row.own_scatter = 1.0f - material.metallic;
   }
   if (pass.mirror != nullptr) {
-    view_loops().fresnel(pass.rays_to(*pass.mirror, span), shown);
+    ViewLoops::best().fresnel(pass.rays_to(*pass.mirror, span), shown);
     row.shown_fifth = shown;
     row.shown_f0 = to_float4(pass.f0);
   }
-  view_loops().add(row, values,
-                   &pass.picture[static_cast<std::size_t>(y) * pass.camera.width + run.first].x);
+  ViewLoops::best().add(
+      row, values, &pass.picture[static_cast<std::size_t>(y) * pass.camera.width + run.first].x);
 }
 
 /// Leaves what a mirror shows in a run's pixels to its own pass, or all of a pixel to rays, which

@@ -108,7 +108,7 @@ void SpanShader::light(const Face& face, const Shares& shares, const PlaceRow& p
   }
   const RowCourse across = shares.of(on.at[0].x, on.at[1].x, on.at[2].x);
   const RowCourse down = shares.of(on.at[0].y, on.at[1].y, on.at[2].y);
-  view_loops().light(
+  ViewLoops::best().light(
       {depth, across, down, nodes, light_.borders(face.mesh, back), static_cast<int>(on.stride),
        static_cast<int>(on.columns), static_cast<int>(on.rows), on.fan},
       places, values);
@@ -121,14 +121,14 @@ const SpanShader::Look& SpanShader::shade(const ScreenTriangle& piece, const Spa
   const Shares shares(piece, span);
   const PlaceRow places{span.count, span.right, span.down};
   float depth[Span::most];
-  view_loops().depths(shares.all, places, depth);
+  ViewLoops::best().depths(shares.all, places, depth);
   light(face, shares, places, depth, values);
   if (look.texture != nullptr) {
     const Vec2f* at = face.texture;
-    view_loops().texture(look.texture->levels(),
-                         {span.count, depth, shares.all, shares.of(at[0].x, at[1].x, at[2].x),
-                          shares.of(at[0].y, at[1].y, at[2].y)},
-                         places, values);
+    ViewLoops::best().texture(look.texture->levels(),
+                              {span.count, depth, shares.all, shares.of(at[0].x, at[1].x, at[2].x),
+                               shares.of(at[0].y, at[1].y, at[2].y)},
+                              places, values);
   }
   return look;
 }

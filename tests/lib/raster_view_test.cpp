@@ -8,6 +8,7 @@
 #include <cstring>
 #include <random>
 
+#include "base/instruction_set.h"
 #include "base/srgb.h"
 #include "raytrace/loops/view_loops.h"
 #include "raytrace/path_tracer.h"
@@ -200,7 +201,7 @@ TEST(RasterView, OddSizesAndPlaces) {
 
 TEST(ViewLoops, SameBitsForEveryInstructionSet) {
 #if defined(__x86_64__)
-  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this machine has no AVX2";
+  if (!has_avx2()) GTEST_SKIP() << "this machine has no AVX2";
   std::mt19937 random(7);
   const auto number = [&](float low, float high) {
     return std::uniform_real_distribution<float>(low, high)(random);
@@ -213,7 +214,7 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
   std::vector<Float4> borders(3 * border_nodes);
   for (Float4& node : borders) node = Float4{number(0, 2), number(0, 2), number(0, 2), 0.0f};
   for (int i = 0; i < 60; ++i) nodes[random() % nodes.size()][3] = static_cast<float>(1 + i % 3);
-  const ViewLoops &a = baseline_view_loops(), &b = avx2_view_loops();
+  const ViewLoops &a = ViewLoops::baseline(), &b = ViewLoops::avx2();
   for (int round = 0; round < 200; ++round) {
     constexpr int most = 100;
     const int count = 1 + static_cast<int>(random() % most);
@@ -289,12 +290,13 @@ TEST(ViewLoops, PlacesMayLieBesideTheMiddles) {
                           (by_places ? below : none).data()};
     std::vector<float> depth(count);
     std::vector<Float4> values(count);
-    view_loops().depths(course(inverse), places, depth.data());
-    view_loops().light({depth.data(), course(x), course(y), nodes.data(), nullptr, 9, 8, 8, false},
-                       places, values.data());
-    view_loops().texture(texture.levels(),
-                         {count, depth.data(), course(inverse), course(u), course(v)}, places,
-                         values.data());
+    ViewLoops::best().depths(course(inverse), places, depth.data());
+    ViewLoops::best().light(
+        {depth.data(), course(x), course(y), nodes.data(), nullptr, 9, 8, 8, false}, places,
+        values.data());
+    ViewLoops::best().texture(texture.levels(),
+                              {count, depth.data(), course(inverse), course(u), course(v)}, places,
+                              values.data());
     return values;
   };
   const std::vector<Float4> beside = look(true), middles = look(false);
@@ -341,13 +343,13 @@ TEST(FilteredTexture, OneLookIsAsCoarseAsThePixel) {
     // steps grow with it.
     const float u = 6.5f / 64.0f, v = 3.5f / 64.0f;
     Float4 value;
-    view_loops().texels(texture.levels(),
-                        {1,
-                         &depth,
-                         {1.0f / depth, 0.0f, 0.0f},
-                         {u / depth, columns / 64.0f / depth, 0.0f},
-                         {v / depth, 0.0f, rows / 64.0f / depth}},
-                        &value);
+    ViewLoops::best().texels(texture.levels(),
+                             {1,
+                              &depth,
+                              {1.0f / depth, 0.0f, 0.0f},
+                              {u / depth, columns / 64.0f / depth, 0.0f},
+                              {v / depth, 0.0f, rows / 64.0f / depth}},
+                             &value);
     return value[0];
   };
   for (const float depth : {0.5f, 1.0f, 7.0f}) {

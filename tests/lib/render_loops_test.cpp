@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "base/instruction_set.h"
 #include "base/srgb.h"
 
 namespace polyhull::processor {
@@ -20,9 +21,7 @@ namespace {
 class RenderLoops : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("bmi2") ||
-        !__builtin_cpu_supports("fma"))
-      GTEST_SKIP() << "this machine has the baseline only";
+    if (!has_avx2()) GTEST_SKIP() << "this machine has the baseline only";
   }
   float number(float low, float high) {
     return std::uniform_real_distribution<float>(low, high)(random);
@@ -48,8 +47,8 @@ TEST_F(RenderLoops, GatherGivesTheSameBits) {
     fill(tile.ray_x, 0.0f, 0.01f);
     fill(tile.ray_y, 0.0f, 0.01f);
     float baseline[ShadowTile::side * ShadowTile::side], avx2[ShadowTile::side * ShadowTile::side];
-    baseline_loops().gather(tile, baseline);
-    avx2_loops().gather(tile, avx2);
+    Loops::baseline().gather(tile, baseline);
+    Loops::avx2().gather(tile, avx2);
     EXPECT_EQ(std::memcmp(baseline, avx2, sizeof baseline), 0) << round;
   }
 }
@@ -77,11 +76,11 @@ TEST_F(RenderLoops, GatherTakesAllOfAPlane) {
       }
     }
     float flat[2][side * side], other[side * side];
-    baseline_loops().gather(tile, flat[0]);
-    avx2_loops().gather(tile, flat[1]);
+    Loops::baseline().gather(tile, flat[0]);
+    Loops::avx2().gather(tile, flat[1]);
     EXPECT_EQ(std::memcmp(flat[0], flat[1], sizeof flat[0]), 0) << round;
     tile.inverse[0] = 0.0f;
-    baseline_loops().gather(tile, other);
+    Loops::baseline().gather(tile, other);
     for (int j = 0; j < side; ++j) {
       for (int i = 0; i < side; ++i) {
         if (i + j == 0 || tile.any_normal[(j + reach) * stride + i + reach] != 0.0f) continue;
@@ -102,8 +101,8 @@ TEST_F(RenderLoops, TakeGivesTheSameBits) {
     float inverse[16], baseline[16], avx2[16];
     fill(inverse, 0.29f, 0.33f);
     inverse[round % 16] = 0.0f;
-    baseline_loops().take(rows, inverse, baseline);
-    avx2_loops().take(rows, inverse, avx2);
+    Loops::baseline().take(rows, inverse, baseline);
+    Loops::avx2().take(rows, inverse, avx2);
     EXPECT_EQ(std::memcmp(baseline, avx2, sizeof baseline), 0) << round;
     EXPECT_EQ(baseline[round % 16], 0.0f) << "nothing is there";
     // Where all is of one surface it needs no weights: the others' columns are the same to the bit.
@@ -111,11 +110,11 @@ TEST_F(RenderLoops, TakeGivesTheSameBits) {
       for (int k = 0; k < 9; ++k) depths[k] = 0.3f + 0.02f * (depths[k] - 0.3f);
     for (float& depth : inverse) depth = number(0.3f, 0.3003f);
     float alike[2][16];
-    baseline_loops().take(rows, inverse, alike[0]);
-    avx2_loops().take(rows, inverse, alike[1]);
+    Loops::baseline().take(rows, inverse, alike[0]);
+    Loops::avx2().take(rows, inverse, alike[1]);
     EXPECT_EQ(std::memcmp(alike[0], alike[1], sizeof alike[0]), 0) << round;
     inverse[round % 16] = 0.0f;
-    baseline_loops().take(rows, inverse, baseline);
+    Loops::baseline().take(rows, inverse, baseline);
     alike[0][round % 16] = 0.0f;
     EXPECT_EQ(std::memcmp(alike[0], baseline, sizeof baseline), 0) << round;
   }
@@ -143,8 +142,8 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
     const float power[3] = {0.7f, 0.6f, 0.5f};
     std::uint32_t baseline[BlendPixels::count], avx2[BlendPixels::count];
     const int changed =
-        baseline_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), baseline);
-    EXPECT_EQ(avx2_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), avx2),
+        Loops::baseline().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), baseline);
+    EXPECT_EQ(Loops::avx2().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), avx2),
               changed);
     int others = 0;
     for (int i = 0; i < BlendPixels::count; ++i) others += baseline[i] != pixels.background[i];
@@ -157,9 +156,9 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
       for (auto* values : {pixels.dimmed, pixels.gone, pixels.more})
         for (int c = 0; c < 3; ++c) values[c][i] = 0.0f;
     }
-    baseline_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), baseline);
+    Loops::baseline().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), baseline);
     pixels.layered = false;
-    for (const Loops* loops : {&baseline_loops(), &avx2_loops()}) {
+    for (const Loops* loops : {&Loops::baseline(), &Loops::avx2()}) {
       std::uint32_t dimmed[BlendPixels::count];
       loops->blend(pixels, power, srgb_to_linear_table(), srgb_lines(), dimmed);
       EXPECT_EQ(std::memcmp(baseline, dimmed, sizeof baseline), 0) << round;
@@ -234,8 +233,8 @@ TEST_F(RenderLoops, SkinGivesTheSameBits) {
     seen.flow = {seen.offsets.data(), side, side, 0.0f, 0.0f, 1.0f, 0.02f, 0, 0.5f};
     for (const bool matte : {false, true}) {
       const float* const to = round % 5 == 0 ? colour : nullptr;
-      const Coloured baseline = coloured(baseline_loops(), seen, matte, to);
-      const Coloured avx2 = coloured(avx2_loops(), seen, matte, to);
+      const Coloured baseline = coloured(Loops::baseline(), seen, matte, to);
+      const Coloured avx2 = coloured(Loops::avx2(), seen, matte, to);
       for (int i = 0; i < Seen::count; ++i) {
         ASSERT_EQ(baseline.weight[i], avx2.weight[i]) << round << " " << i;
         ASSERT_EQ(baseline.red[i], avx2.red[i]) << round << " " << i;
@@ -252,8 +251,8 @@ TEST_F(RenderLoops, MasksGiveTheSameBits) {
     std::uint32_t bits[8 * 40], moved[2][2][8 * 40] = {};
     for (std::uint32_t& word : bits) word = static_cast<std::uint32_t>(random());
     const int eights = 40 - round, by = round % 32;
-    baseline_loops().shift_onto(bits, eights, by, moved[0][0], moved[0][1]);
-    avx2_loops().shift_onto(bits, eights, by, moved[1][0], moved[1][1]);
+    Loops::baseline().shift_onto(bits, eights, by, moved[0][0], moved[0][1]);
+    Loops::avx2().shift_onto(bits, eights, by, moved[1][0], moved[1][1]);
     EXPECT_EQ(std::memcmp(moved[0], moved[1], sizeof moved[0]), 0) << round;
     for (int i = 0; i < 8 * eights; ++i)
       ASSERT_EQ(std::uint64_t{moved[0][1][i]} << 32 | moved[0][0][i], std::uint64_t{bits[i]} << by);
@@ -263,8 +262,8 @@ TEST_F(RenderLoops, MasksGiveTheSameBits) {
     fill(w, 0.0f, 1.0f);
     const MaskImage image{bits, 250, 40, {60.0f, 12.0f}, {120.0f, 20.0f}, {-9.0f, 5.0f}};
     std::uint32_t found[2][101] = {};
-    baseline_loops().look_up(image, {101, x, y, w}, 4, found[0]);
-    avx2_loops().look_up(image, {101, x, y, w}, 4, found[1]);
+    Loops::baseline().look_up(image, {101, x, y, w}, 4, found[0]);
+    Loops::avx2().look_up(image, {101, x, y, w}, 4, found[1]);
     EXPECT_EQ(std::memcmp(found[0], found[1], sizeof found[0]), 0) << round;
   }
 }
@@ -287,9 +286,9 @@ TEST_F(RenderLoops, LampGivesTheSameBits) {
       const float distance_2 = x * x + y * y + z * z;
       if (which >> i & 1) sum += cosines / (distance_2 * distance_2);
     }
-    const float given = baseline_loops().given(places, at, normal, which);
+    const float given = Loops::baseline().given(places, at, normal, which);
     EXPECT_NEAR(given, sum, 1e-5f * (1.0f + sum)) << round;
-    EXPECT_EQ(given, avx2_loops().given(places, at, normal, which)) << round;
+    EXPECT_EQ(given, Loops::avx2().given(places, at, normal, which)) << round;
   }
 }
 
@@ -299,7 +298,7 @@ TEST(SkinLoops, SpreadBringsEachNumberToItsPlace) {
   float records[16 * 9], to[4][12];
   for (int i = 0; i < 16 * 9; ++i) records[i] = static_cast<float>(i);
   const std::uint32_t which[12] = {3, 0, 8, 1, 1, 7, 2, 2, 2, 6, 5, 4};
-  loops().spread(records + 5, which, 12, {to[0], to[1], to[2], to[3]});
+  Loops::best().spread(records + 5, which, 12, {to[0], to[1], to[2], to[3]});
   for (int i = 0; i < 12; ++i)
     for (int k = 0; k < 4; ++k)
       EXPECT_EQ(to[k][i], static_cast<float>(16 * which[i] + 5 + static_cast<std::uint32_t>(k)));
@@ -321,7 +320,7 @@ TEST(SkinLoops, SettleKeepsTheBestLessTheNext) {
       for (std::vector<float>& row : after) rows.push_back(row.data());
       float red[count], green[count], blue[count];
       for (float* colour : {red, green, blue}) std::fill_n(colour, count, 0.25f);
-      loops().settle(rows.data(), views, best, 1e-4f, count, {red, green, blue, nullptr});
+      Loops::best().settle(rows.data(), views, best, 1e-4f, count, {red, green, blue, nullptr});
       for (int i = 0; i < count; ++i) {
         std::vector<float> sorted;
         for (const std::vector<float>& row : before)
@@ -352,7 +351,7 @@ TEST(SrgbLines, GiveTheNearestByte) {
     for (int i = 0; i < BlendPixels::count; ++i)
       pixels.red[i] = pixels.green[i] = pixels.blue[i] = static_cast<float>(step + i) / 65535.0f;
     std::uint32_t out[BlendPixels::count];
-    baseline_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), out);
+    Loops::baseline().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), out);
     for (int i = 0; i < BlendPixels::count; ++i, ++all) {
       const double exact = 255.0 * srgb_encoded(static_cast<double>(pixels.red[i]));
       EXPECT_NEAR(out[i] & 255u, exact, 0.52);

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/instruction_set.h"
+
 namespace polyhull {
 namespace {
 
@@ -258,7 +260,7 @@ TEST(ScreenTriangles, PackedRowsDoNotDependOnThePartThatIsAskedFor) {
 
 TEST(ScreenTriangles, PackedRowsHaveTheSameBitsForEveryInstructionSet) {
 #if defined(__x86_64__)
-  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this machine has no AVX2";
+  if (!has_avx2()) GTEST_SKIP() << "this machine has no AVX2";
   std::mt19937 random(2);
   constexpr std::size_t samples = packed_samples * width * band_rows;
   std::vector<std::uint32_t> ids[2] = {std::vector<std::uint32_t>(samples, no_triangle), {}};
@@ -271,7 +273,7 @@ TEST(ScreenTriangles, PackedRowsHaveTheSameBitsForEveryInstructionSet) {
     triangles.add(any_triangle(random, i % 3 ? 3.0 : 12.0), i, Facing::both);
   for (std::uint32_t i = 0; i < triangles.pieces(); ++i) {
     for (int k = 0; k < 2; ++k) {
-      const RasterLoops& loops = k == 0 ? baseline_raster_loops() : avx2_raster_loops();
+      const RasterLoops& loops = k == 0 ? RasterLoops::baseline() : RasterLoops::avx2();
       loops.draw_packed(triangles.piece(i), i,
                         {0, width, 0, band_rows, packed_samples, sample_places(packed_samples),
                          depth[k].data(), ids[k].data(), true});

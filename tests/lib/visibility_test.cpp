@@ -61,7 +61,7 @@ TEST(Visibility, SameBytesOnEveryInstructionSet) {
   const MeshFaces faces = find_faces(body, 0);
   Sight best, baseline;
   Seer().look(body, faces, camera, 0, {}, best);
-  Seer(baseline_texture_loops()).look(body, faces, camera, 0, {}, baseline);
+  Seer(TextureLoops::baseline()).look(body, faces, camera, 0, {}, baseline);
   EXPECT_EQ(best.share, baseline.share);
   EXPECT_EQ(best.cosine, baseline.cosine);
   EXPECT_EQ(best.sums, baseline.sums);
@@ -69,8 +69,8 @@ TEST(Visibility, SameBytesOnEveryInstructionSet) {
   std::vector<float> weights(body.vertices.size()), others(body.vertices.size());
   const Vec3f eye(camera.centre());
   const MeshPoints points{body.vertices.size(), &body.vertices[0].x};
-  texture_loops().weigh(points, points.xyz, &eye.x, best.sums.data(), weights.data());
-  baseline_texture_loops().weigh(points, points.xyz, &eye.x, best.sums.data(), others.data());
+  TextureLoops::best().weigh(points, points.xyz, &eye.x, best.sums.data(), weights.data());
+  TextureLoops::baseline().weigh(points, points.xyz, &eye.x, best.sums.data(), others.data());
   EXPECT_EQ(weights, others);
 }
 

@@ -152,7 +152,7 @@ TEST(YuvPicture, InstructionSetsAgree) {
     std::vector<std::uint8_t> out[2] = {std::vector<std::uint8_t>(1000, 9),
                                         std::vector<std::uint8_t>(1000, 9)};
     int i = 0;
-    for (const yuv::Loops* loops : {&yuv::baseline_loops(), &yuv::avx2_loops()}) {
+    for (const yuv::Loops* loops : {&yuv::Loops::baseline(), &yuv::Loops::avx2()}) {
       std::uint8_t* to = out[i++].data();
       loops->luma(top, count, to);
       loops->chroma(top, bottom, count, to + 200, to + 400);

@@ -13,6 +13,8 @@
 
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull::imagehull {
 
 inline constexpr int lanes = 16;       ///< rays asked at once
@@ -42,7 +44,6 @@ struct ViewCrossings {
 };
 
 struct Loops {
-  const char* name;
   /// Writes the numbers of the chains that rays from \p start (o') may cross whose directions (d') lie
   /// between the four of \p corners; \p chains has room for all. Returns how many.
   int (*gather)(const Chains& view, const float* start, const float (*corners)[3],
@@ -55,14 +56,10 @@ struct Loops {
   /// infinity: from the origin on); 0 where it never does.
   void (*enter)(const ViewCrossings* views, int count, const float* inverse,
                 const std::uint32_t* edges, const float* near, float* entry, std::uint32_t* edge);
+
+  static const Loops& baseline();
+  static const Loops& avx2();
+  static const Loops& best() { return best_loops<Loops>(); }
 };
-
-const Loops& baseline_loops();
-#if defined(__x86_64__)
-const Loops& avx2_loops();
-#endif
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const Loops& loops();
 
 }  // namespace polyhull::imagehull

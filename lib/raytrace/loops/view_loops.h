@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull {
 
 using Float4 = float __attribute__((vector_size(16)));  // as in float4.h, which includes too much
@@ -102,14 +104,10 @@ struct ViewLoops {
   void (*add)(const ColourRow& row, const Float4* values, float* picture);
   /// same[i] = whether the eight ids of pixel i, from ids[8 i] on, are alike.
   void (*alike)(const std::uint32_t* ids, int count, std::uint8_t* same);
+
+  static const ViewLoops& baseline();
+  static const ViewLoops& avx2();
+  static const ViewLoops& best() { return best_loops<ViewLoops>(); }
 };
-
-const ViewLoops& baseline_view_loops();
-#if defined(__x86_64__)
-const ViewLoops& avx2_view_loops();
-#endif
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const ViewLoops& view_loops();
 
 }  // namespace polyhull

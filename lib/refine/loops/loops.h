@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull::refine {
 
 /// A camera's map of distances (silhouette_map.h) and where it shows a point.
@@ -90,7 +92,6 @@ struct PlateRow {
 };
 
 struct Loops {
-  const char* name;
   /// least[i] becomes at most how deep point i lies in the view's cone: the map's distance times
   /// its depth over the focal length; -1000 behind the camera.
   void (*inside)(const MapView& view, const RowPoints& points, float* least);
@@ -111,14 +112,10 @@ struct Loops {
   void (*turn)(int count, const float* residual, float keep, float* f);
   /// Bit i % 64 of word i / 64 becomes 1 where f[i] > above; \p count whole eights, the words 0 before.
   void (*signs)(const float* f, float above, int count, std::uint64_t* words);
+
+  static const Loops& baseline();
+  static const Loops& avx2();
+  static const Loops& best() { return best_loops<Loops>(); }
 };
-
-const Loops& baseline_loops();
-#if defined(__x86_64__)
-const Loops& avx2_loops();
-#endif
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const Loops& loops();
 
 }  // namespace polyhull::refine

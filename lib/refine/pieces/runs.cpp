@@ -131,7 +131,8 @@ LevelRuns find_runs(const Level& level, float above) {
     const int begin = extent.begin / 8 * 8;
     const int nodes = extent.begin == extent.end ? 0 : (extent.end - begin + 7) / 8 * 8;
     words.assign(static_cast<std::size_t>(nodes + 63) / 64, 0);
-    loops().signs(level.values.data() + r * level.grid.row() + begin, above, nodes, words.data());
+    Loops::best().signs(level.values.data() + r * level.grid.row() + begin, above, nodes,
+                        words.data());
     for (int x = next_bit(words, 0, nodes, true); x < nodes;) {
       const int end = next_bit(words, x, nodes, false);
       out.runs.push_back({begin + x, begin + end});

@@ -132,8 +132,8 @@ void DepthOfField::find_disks(const ViewportLens& lens, float scale, const Depth
     of->resize(static_cast<std::size_t>(columns_ * rows_));
   const float focus = static_cast<float>(1.0 / lens.focus_distance);
   const auto make = [&](const std::vector<float>& inverse, std::size_t at, int pixels, Disks& to) {
-    lens::focus_loops().disks(tables(), scale, focus, &inverse[at], pixels, &to.circle[at],
-                              &to.radius[at], &to.inverse_area[at]);
+    lens::FocusLoops::best().disks(tables(), scale, focus, &inverse[at], pixels, &to.circle[at],
+                                   &to.radius[at], &to.inverse_area[at]);
   };
   const auto pixel_area = inverse_area_[static_cast<std::size_t>(sharp_radius * radius_steps)];
   const auto row_of_tiles = [&](int row) {
@@ -274,7 +274,7 @@ void DepthOfField::blur_tile(int column, int row, const LightLayers& sharp, bool
     }
   }
   const int count = static_cast<int>(offsets.size());
-  const lens::FocusLoops& loops = lens::focus_loops();
+  const lens::FocusLoops& loops = lens::FocusLoops::best();
   float light[3][tile], behind[3][tile], body[4][tile], circle[tile], radius[tile], area[tile];
   for (int y = top; y < bottom; ++y) {
     if (count > 0 && even_[t]) loops.even(scene.at(left, y), offsets.data(), count, light);

@@ -227,7 +227,7 @@ void DistortedView::resample(const Rectangle& part) {
                                  viewport_.width, viewport_.height};
   for_runs(to_picture_, part, all_cells, [&](int x, int y, const lens::PlaceRun& run) {
     const std::size_t at = row * static_cast<std::size_t>(y) + 4 * static_cast<std::size_t>(x);
-    lens::resample_loops().resample(from, run, &before_[at]);
+    lens::ResampleLoops::best().resample(from, run, &before_[at]);
     std::memcpy(&drawn_[at], &before_[at], 4 * static_cast<std::size_t>(run.count));
   });
 }
@@ -350,7 +350,7 @@ void DistortedView::give(const Rectangle& changed, std::uint8_t* target, int str
     return shows[static_cast<std::size_t>(j * to_pinhole_.columns + i)] != 0;
   };
   for_runs(to_pinhole_, reach(changed), wanted, [&](int x, int y, const lens::PlaceRun& run) {
-    lens::resample_loops().resample_changed(
+    lens::ResampleLoops::best().resample_changed(
         from, before_.data(), run,
         target + static_cast<std::ptrdiff_t>(y) * stride + 4 * std::ptrdiff_t{x});
   });

@@ -73,8 +73,8 @@ bool MotionBlur::moves(const Camera& camera, const Shutter& shutter) {
 Vec2f MotionBlur::motion_at(const Vec2f& u, float inverse) const {
   float motion[2];
   // Of one pixel, whose place is whole.
-  lens::motion_loops().motions(map_, static_cast<int>(u.x), static_cast<int>(u.y), &inverse, 1,
-                               motion, motion + 1);
+  lens::MotionLoops::best().motions(map_, static_cast<int>(u.x), static_cast<int>(u.y), &inverse, 1,
+                                    motion, motion + 1);
   return {motion[0], motion[1]};
 }
 
@@ -87,12 +87,12 @@ void MotionBlur::find_motions() {
   for_rows(height_, [&](int y) {
     const auto first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
     if (!subject_only_)
-      lens::motion_loops().motions(map_, 0, y, scene_inverse_ + first, width_,
-                                   &scene_motions_.x[first], &scene_motions_.y[first]);
+      lens::MotionLoops::best().motions(map_, 0, y, scene_inverse_ + first, width_,
+                                        &scene_motions_.x[first], &scene_motions_.y[first]);
     if (y < part_.y || y >= part_.y + part_.height) return;
     const std::size_t at = first + static_cast<std::size_t>(part_.x);
-    lens::motion_loops().motions(map_, part_.x, y, &subject_inverse_[at], part_.width,
-                                 &subject_motions_.x[at], &subject_motions_.y[at]);
+    lens::MotionLoops::best().motions(map_, part_.x, y, &subject_inverse_[at], part_.width,
+                                      &subject_motions_.x[at], &subject_motions_.y[at]);
   });
 }
 
@@ -262,7 +262,8 @@ void MotionBlur::blur_tile(int column, int row, const LightLayers& sharp,
       span.smooth = !subject_only_ && smooth(span.x / cell, top / cell, reach.motion);
       for (span.y = top; span.y < std::min(top + cell, bottom); ++span.y) {
         float light[3][lens::motion_row];
-        lens::motion_loops().blur(map_, scene, reach.subject ? &subject : nullptr, span, light);
+        lens::MotionLoops::best().blur(map_, scene, reach.subject ? &subject : nullptr, span,
+                                       light);
         const std::size_t at = sharp.pixel(span.x, span.y);
         for (std::size_t c = 0; c < 3; ++c)
           std::copy_n(light[c], std::min(cell, right - span.x), &moved.scene[c][at]);

@@ -121,7 +121,7 @@ void AreaShadow::gather(std::size_t number) {
   if (!fill(number, tile)) return;
   const bool gathers = per_pixel_ > 1;
   float means[block * block];
-  if (gathers) loops().gather(tile, means);
+  if (gathers) Loops::best().gather(tile, means);
   bool any = false;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (!candidate_[pixel]) return;  // nothing reaches it
@@ -305,7 +305,7 @@ bool AreaShadow::taken(const SceneLayer& layer, int x, int y, float* taken) cons
     std::copy_n(inverse, left, rest);
     inverse = rest;
   }
-  loops().take(rows, inverse, taken);
+  Loops::best().take(rows, inverse, taken);
   return true;
 }
 

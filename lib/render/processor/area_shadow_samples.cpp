@@ -297,7 +297,7 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
     const Receiver& at = receivers_[pixels[i]];
     float sum = 0.0f;
     if (!lamp.spot)
-      sum = loops().given(known, &at.point.x, &at.normal.x, static_cast<std::uint32_t>(bits));
+      sum = Loops::best().given(known, &at.point.x, &at.normal.x, static_cast<std::uint32_t>(bits));
     for (; lamp.spot && bits != 0; bits &= bits - 1)
       sum += lamp.given(at, places[std::countr_zero(bits)]);
     mean_[pixels[i]] = sum / static_cast<float>(per_pixel_);

@@ -169,7 +169,7 @@ void Blend::blend_piece(int x, int end, int y, const Span& over, const Span& mir
       std::all_of(pixels.background + (x - first), pixels.background + (end - first),
                   [](std::uint32_t pixel) { return pixel >> 24 == 255; });
   progress.changed += static_cast<std::uint64_t>(
-      opaque ? loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), made)
+      opaque ? Loops::best().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), made)
              : blend_translucent(x, end, y, piece, made));
   progress.shaded += static_cast<std::uint64_t>(end - x);
   std::memcpy(out.at(x, y), made + (x - first), 4 * static_cast<std::size_t>(end - x));
@@ -201,7 +201,7 @@ int Blend::blend_translucent(int x, int end, int y, const Piece& piece, std::uin
   const int first = x & ~(count - 1);
   const BlendPixels& pixels = piece.pixels;
   const auto blend = [&](const BlendPixels& over, std::uint32_t* out) {
-    loops().blend(over, power_, srgb_to_linear_table(), srgb_lines(), out);
+    Loops::best().blend(over, power_, srgb_to_linear_table(), srgb_lines(), out);
   };
   // What the shadow takes of the transparent share of each.
   float transparent[count];

@@ -175,8 +175,8 @@ void LightMasks::draw(std::size_t number) {
       if (first >= end) continue;
       std::uint32_t* to = image + (shift.x[k] / 32 + column) * static_cast<std::size_t>(height_) +
                           shift.y[k] + first;
-      loops().shift_onto(&sections_[section_word(k, column, first)], (end - first) / 8,
-                         shift.x[k] % 32, to, to + height_);
+      Loops::best().shift_onto(&sections_[section_word(k, column, first)], (end - first) / 8,
+                               shift.x[k] % 32, to, to + height_);
     }
   }
 }
@@ -211,7 +211,7 @@ void LightMasks::find_hidden(std::size_t first, int count, const MaskPoints& rec
   own.assign(static_cast<std::size_t>(receivers.count), 0);
   std::uint32_t* const found = own.data();  // by this subject
   for (int i = 0; i < count; ++i)
-    loops().look_up(image(first + i), receivers, std::uint32_t{1} << i, found);
+    Loops::best().look_up(image(first + i), receivers, std::uint32_t{1} << i, found);
   for (int k = 0; k < receivers.count; ++k) {
     const Vec3f at(receivers.x[k], receivers.y[k], receivers.w[k]);
     // In the last section all of the others are nearer.

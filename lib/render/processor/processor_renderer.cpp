@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/instruction_set.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "render/processor/blend.h"
@@ -49,7 +50,7 @@ ProcessorRenderer::ProcessorRenderer() : state_(std::make_unique<State>()) {}
 ProcessorRenderer::~ProcessorRenderer() = default;
 
 std::string ProcessorRenderer::description() const {
-  return std::string("the processor, with ") + loops().name;
+  return std::string("the processor, with ") + (may_use_avx2() ? "avx2" : "baseline");
 }
 
 /// Whether all subjects are those of the last frame, in place.

@@ -267,7 +267,7 @@ void Skin::look(const SkinItems& items, const std::uint32_t* which, int count,
   s.weights.clear();
   for (std::uint32_t part = 0; part < parts; ++part) {
     float* const weights[4] = {next_row(), next_row(), next_row(), next_row()};
-    loops().spread(items[part].weights.data(), which, count, weights);
+    Loops::best().spread(items[part].weights.data(), which, count, weights);
     for (std::uint32_t c = 0; c < 4; ++c) {
       float heaviest = 0.0f;
       for (int i = 0; i < count; ++i) heaviest = std::max(heaviest, weights[c][i]);
@@ -277,7 +277,7 @@ void Skin::look(const SkinItems& items, const std::uint32_t* which, int count,
                                    next_row(), next_row(),   ribbons ? next_row() : nullptr};
       s.views.push_back(view);
       s.weights.push_back(view.weight);
-      loops().look(views_[slot].front(), points, least, view.u, view.v, view.weight);
+      Loops::best().look(views_[slot].front(), points, least, view.u, view.v, view.weight);
     }
   }
 }
@@ -305,12 +305,12 @@ void Skin::paint_block(const SkinItems& items, const SkinLight& light, const std
                        int count, SkinScratch& s) const {
   const bool ribbons = which[0] >= items.first_of_ribbon;
   const SkinItem& base = items[0];
-  loops().spread(&base.place.x, which, count, {s.x, s.y, s.z, s.depth});
-  loops().spread(&base.fill.x, which, count, {s.red, s.green, s.blue, s.share});
+  Loops::best().spread(&base.place.x, which, count, {s.x, s.y, s.z, s.depth});
+  Loops::best().spread(&base.fill.x, which, count, {s.red, s.green, s.blue, s.share});
   look(items, which, count, s);
   // What hardly any camera sees fades to the fill; ribbons show what little they have.
-  loops().settle(s.weights.data(), static_cast<int>(s.views.size()), best_,
-                 ribbons ? 1e-6f : fill_range_, count, {s.red, s.green, s.blue, nullptr});
+  Loops::best().settle(s.weights.data(), static_cast<int>(s.views.size()), best_,
+                       ribbons ? 1e-6f : fill_range_, count, {s.red, s.green, s.blue, nullptr});
   std::sort(s.views.begin(), s.views.end(),
             [](const auto& a, const auto& b) { return a.slot < b.slot; });
   const SkinPoints points{count, s.x, s.y, s.z, s.depth};
@@ -321,11 +321,11 @@ void Skin::paint_block(const SkinItems& items, const SkinLight& light, const std
       std::fill_n(view.alpha, count, 0.0f);
     else
       displace(view, count, s);  // mattes stay where they are
-    loops().add({levels.data(), static_cast<int>(levels.size()),
-                 static_cast<float>(pixel_size_) * levels.front().fx,
-                 colour == Mat3f(1.0f) ? nullptr : &colour[0][0]},
-                points, view.weight, srgb_to_linear_table(), view.u, view.v,
-                {s.red, s.green, s.blue, view.alpha});
+    Loops::best().add({levels.data(), static_cast<int>(levels.size()),
+                       static_cast<float>(pixel_size_) * levels.front().fx,
+                       colour == Mat3f(1.0f) ? nullptr : &colour[0][0]},
+                      points, view.weight, srgb_to_linear_table(), view.u, view.v,
+                      {s.red, s.green, s.blue, view.alpha});
   }
   light.shade(points, s.red, s.green, s.blue);
   for (int i = 0; i < count; ++i) {

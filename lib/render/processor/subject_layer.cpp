@@ -89,8 +89,8 @@ void SubjectLayer::Drawn::add_items(const ReadySubject& subject, const std::vect
   if (spots.empty()) return;
   const std::size_t before = items.size();
   items.resize(before + spots.size());
-  loops().place(spots.data(), static_cast<int>(spots.size()), &triangles.piece(0), corners.data(),
-                static_cast<float>(subject.scale), &items[before].place.x);
+  Loops::best().place(spots.data(), static_cast<int>(spots.size()), &triangles.piece(0),
+                      corners.data(), static_cast<float>(subject.scale), &items[before].place.x);
   if (!wide) return;
   // Points of wide triangles have the shares of their corners instead of views' weights.
   const std::vector<SkinItem> points(items.begin() + static_cast<std::ptrdiff_t>(before),

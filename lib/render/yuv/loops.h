@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull::yuv {
 
 struct Loops {
@@ -18,11 +20,10 @@ struct Loops {
   /// The same, cb and cr in turn.
   void (*chroma_in_turn)(const std::uint8_t* top, const std::uint8_t* bottom, int count,
                          std::uint8_t* out);
-};
 
-const Loops& baseline_loops();
-#if defined(__x86_64__)
-const Loops& avx2_loops();
-#endif
+  static const Loops& baseline();
+  static const Loops& avx2();
+  static const Loops& best() { return best_loops<Loops>(); }
+};
 
 }  // namespace polyhull::yuv

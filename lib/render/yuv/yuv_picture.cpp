@@ -4,30 +4,20 @@
 #include <algorithm>
 #include <cstring>
 
-#include "base/instruction_set.h"
 #include "base/thread_pool.h"
 #include "render/yuv/loops.h"
 
 namespace polyhull {
 namespace {
 
-const yuv::Loops& loops() {
-#if defined(__x86_64__)
-  static const yuv::Loops& chosen = may_use_avx2() ? yuv::avx2_loops() : yuv::baseline_loops();
-  return chosen;
-#else
-  return yuv::baseline_loops();
-#endif
-}
-
 /// The chroma of \p count pairs of columns from column \p x on.
 void write_chroma(const std::uint8_t* top, const std::uint8_t* bottom, int count, int x, int y,
                   const YuvPicture& to) {
   const std::ptrdiff_t at = y / 2 * to.chroma_stride + x / 2 * to.chroma_step;
   if (to.chroma_step == 2) {
-    loops().chroma_in_turn(top, bottom, count, to.cb + at);
+    yuv::Loops::best().chroma_in_turn(top, bottom, count, to.cb + at);
   } else {
-    loops().chroma(top, bottom, count, to.cb + at, to.cr + at);
+    yuv::Loops::best().chroma(top, bottom, count, to.cb + at, to.cr + at);
   }
 }
 
@@ -62,7 +52,7 @@ void write_yuv(const RgbaPart& from, const Rectangle& part, const YuvPicture& to
   for (int y = part.y; y < bottom; y += 2) {
     const int second = std::min(y + 1, to.height - 1);
     for (int row = y; row <= second; ++row)
-      loops().luma(at(part.x, row), part.width, to.y + row * to.y_stride + part.x);
+      yuv::Loops::best().luma(at(part.x, row), part.width, to.y + row * to.y_stride + part.x);
     int first = part.x, last = right;
     if (first == 0) {
       write_edge_chroma(at(0, y), at(0, second), 0, y, to);

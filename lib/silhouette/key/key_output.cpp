@@ -33,7 +33,7 @@ silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, doub
 void composite_row(const FrameView& frame, int y, int x0, int x1,
                    const silhouette::DespillForms& despill, const std::int16_t* weights,
                    const std::uint8_t* alpha, std::uint8_t* out) {
-  const auto& kernels = silhouette::colour_kernels();
+  const auto& kernels = silhouette::ColourKernels::best();
   switch (frame.format) {
     case FrameFormat::rgbx:
     case FrameFormat::rgba:
@@ -140,8 +140,8 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
         std::uint8_t* const part = out + 4 * static_cast<std::ptrdiff_t>(skipped);
         convert_row(frame, y, from, to, part);
         s.unmix_row(y, from, to, part);
-        silhouette::colour_kernels().composite(part, to - from, false, despill,
-                                               weights.data() + skipped, alpha + skipped, part);
+        silhouette::ColourKernels::best().composite(
+            part, to - from, false, despill, weights.data() + skipped, alpha + skipped, part);
       });
     };
     switch (view) {

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "base/instruction_set.h"
 #include "silhouette/pixels/frame.h"
 
 namespace polyhull::silhouette {
@@ -35,14 +36,10 @@ struct ColourKernels {
   /// weights[i], with alpha[i] as alpha. \p pixels and \p rgba may be the same.
   void (*composite)(const std::uint8_t* pixels, int count, bool swap, const DespillForms& despill,
                     const std::int16_t* weights, const std::uint8_t* alpha, std::uint8_t* rgba);
+
+  static const ColourKernels& baseline();
+  static const ColourKernels& avx2();
+  static const ColourKernels& best() { return best_loops<ColourKernels>(); }
 };
-
-const ColourKernels& plain_colour_kernels();
-#if defined(__x86_64__)
-const ColourKernels& avx2_colour_kernels();  ///< only where avx2_supported()
-#endif
-
-/// Those of the instruction set that kernels() chose.
-const ColourKernels& colour_kernels();
 
 }  // namespace polyhull::silhouette

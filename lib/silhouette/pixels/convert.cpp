@@ -46,15 +46,6 @@ ColourCoefficients colour_coefficients(const FrameView& frame) {
   return out;
 }
 
-const ColourKernels& colour_kernels() {
-#if defined(__x86_64__)
-  // Not by the processor alone: POLYHULL_ISA may have asked for less.
-  if (&kernels() != &plain_kernels() && &kernels() != &baseline_kernels())
-    return avx2_colour_kernels();
-#endif
-  return plain_colour_kernels();
-}
-
 }  // namespace silhouette
 
 namespace {
@@ -83,9 +74,10 @@ void convert_described_rgb(const FrameView& frame, int y, int x0, int x1, std::u
 void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba) {
   if (frame.format == FrameFormat::described && frame.samples.rgb)
     return convert_described_rgb(frame, y, x0, x1, rgba);
-  if (is_yuv(frame.format)) return silhouette::colour_kernels().convert_yuv(frame, y, x0, x1, rgba);
+  if (is_yuv(frame.format))
+    return silhouette::ColourKernels::best().convert_yuv(frame, y, x0, x1, rgba);
   if (bayer_bits(frame.format) > 0)
-    return silhouette::colour_kernels().convert_bayer(frame, y, x0, x1, rgba);
+    return silhouette::ColourKernels::best().convert_bayer(frame, y, x0, x1, rgba);
   const std::uint8_t* from = frame.row(0, y);
   const auto each = [&](int step, int r, int g, int b) {
     for (int x = x0; x < x1; ++x, rgba += 4) {

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "base/instruction_set.h"
 #include "silhouette/pixels/choose_kernels.h"
 
 namespace polyhull::silhouette {
@@ -29,8 +30,8 @@ namespace {
 
 const Kernels& best_kernels() {
 #if defined(__x86_64__)
-  if (avx512_supported()) return avx512_kernels();
-  if (avx2_supported()) return avx2_kernels();
+  if (has_avx512()) return avx512_kernels();
+  if (has_avx2()) return avx2_kernels();
   return baseline_kernels();
 #else
   return plain_kernels();
@@ -38,19 +39,6 @@ const Kernels& best_kernels() {
 }
 
 }  // namespace
-
-#if defined(__x86_64__)
-bool avx2_supported() {
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-         __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
-}
-
-bool avx512_supported() {
-  return avx2_supported() && __builtin_cpu_supports("avx512bw") &&
-         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
-}
-#endif
 
 KernelChoice choose_kernels(const char* wanted) {
   const std::string_view name = wanted != nullptr ? wanted : "";
@@ -60,8 +48,8 @@ KernelChoice choose_kernels(const char* wanted) {
   // v3 and v4 are what avx2 and avx512 were called.
   const bool avx512 = name == "avx512" || name == "v4", avx2 = name == "avx2" || name == "v3";
   if (name == "baseline") return {baseline_kernels(), ""};
-  if (avx2 && avx2_supported()) return {avx2_kernels(), ""};
-  if (avx512 && avx512_supported()) return {avx512_kernels(), ""};
+  if (avx2 && has_avx2()) return {avx2_kernels(), ""};
+  if (avx512 && has_avx512()) return {avx512_kernels(), ""};
   const bool known = avx2 || avx512;
 #else
   const bool known = name == "baseline" || name == "avx2" || name == "avx512";

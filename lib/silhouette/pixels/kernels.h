@@ -134,10 +134,8 @@ struct Kernels {
 const Kernels& plain_kernels();
 #if defined(__x86_64__)
 const Kernels& baseline_kernels();
-const Kernels& avx2_kernels();  ///< only where avx2_supported()
-bool avx2_supported();
-const Kernels& avx512_kernels();  ///< only where avx512_supported()
-bool avx512_supported();
+const Kernels& avx2_kernels();    ///< only where has_avx2(), base/instruction_set.h
+const Kernels& avx512_kernels();  ///< only where has_avx512()
 #endif
 
 /// The best for this machine; POLYHULL_ISA=plain|baseline|avx2|avx512 in the environment overrides

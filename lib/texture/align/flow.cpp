@@ -88,7 +88,7 @@ void FlowFinder::begin(const Flow& coarse, int coarse_width, int coarse_height,
 
 /// Linearises at flow_ and solves.
 void FlowFinder::step(const FlowImage& a, const FlowImage& b) {
-  const FlowLoops& loops = flow_loops();
+  const FlowLoops& loops = FlowLoops::best();
   const int width = a.width, height = a.height;
   const std::size_t texels = a.texels();
   moved_.resize(width, height);
@@ -152,7 +152,7 @@ void FlowFinder::find(const FlowImage& a, const FlowImage& b, float most, Flow& 
 
 /// Keeps of flow_ what brings the pictures nearer to each other.
 void FlowFinder::judge(const FlowImage& a, const FlowImage& b, float most, Flow& out) {
-  const FlowLoops& loops = flow_loops();
+  const FlowLoops& loops = FlowLoops::best();
   const std::size_t texels = a.texels();
   float* const moved[3] = {moved_.channel[0].data(), moved_.channel[1].data(),
                            moved_.channel[2].data()};

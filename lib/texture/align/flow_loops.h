@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull {
 
 /// A picture in three channels, row by row, with how much each texel counts, 0..1.
@@ -36,14 +38,10 @@ struct FlowLoops {
   void (*relax)(const FlowEquations& equations, const float* target_x, const float* target_y,
                 const float* rest, float smoothness, int width, int height, const float* dx,
                 const float* dy, float* next_dx, float* next_dy);
+
+  static const FlowLoops& baseline();
+  static const FlowLoops& avx2();
+  static const FlowLoops& best() { return best_loops<FlowLoops>(); }
 };
-
-const FlowLoops& baseline_flow_loops();
-#if defined(__x86_64__)
-const FlowLoops& avx2_flow_loops();
-#endif
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const FlowLoops& flow_loops();
 
 }  // namespace polyhull

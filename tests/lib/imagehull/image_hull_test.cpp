@@ -300,7 +300,7 @@ TEST(ImageHullTest, EveryInstructionSetGivesTheSameBits) {
     edges.insert(edges.end(), edge.begin(), edge.end());
     return std::pair(inverse, edges);
   };
-  EXPECT_EQ(run(imagehull::baseline_loops()), run(imagehull::loops()));
+  EXPECT_EQ(run(imagehull::Loops::baseline()), run(imagehull::Loops::best()));
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ TEST(LensLoopsTest, ResampledTheSame) {
       const PlaceRun run{{x, 7.9f, 0.1f, -0.05f}, {y, 0.4f, -0.2f, 0.1f}, 2, 6};
       std::uint8_t out[2][2][24] = {};
       int set = 0;
-      for (const ResampleLoops* loops : {&baseline_resample_loops(), &avx2_resample_loops()}) {
+      for (const ResampleLoops* loops : {&ResampleLoops::baseline(), &ResampleLoops::avx2()}) {
         loops->resample(from, run, out[set][0]);
         loops->resample_changed(from, before.data(), run, out[set++][1]);
       }
@@ -69,7 +69,7 @@ TEST(LensLoopsTest, FocusedTheSame) {
   };
   std::vector<Made> made(2, Made{});
   Made* to = made.data();
-  for (const FocusLoops* loops : {&baseline_focus_loops(), &avx2_focus_loops()}) {
+  for (const FocusLoops* loops : {&FocusLoops::baseline(), &FocusLoops::avx2()}) {
     const std::vector<float> inverse = numbers(9, 0.0f, 1.0f);
     loops->disks(tables, 8.0f, 0.4f, inverse.data(), size - 3, to->disks[0], to->disks[1],
                  to->disks[2]);
@@ -102,7 +102,7 @@ TEST(LensLoopsTest, MovedTheSame) {
   };
   std::vector<Made> made(2, Made{});
   Made* to = made.data();
-  for (const MotionLoops* loops : {&baseline_motion_loops(), &avx2_motion_loops()}) {
+  for (const MotionLoops* loops : {&MotionLoops::baseline(), &MotionLoops::avx2()}) {
     for (int y = 0; y < height; ++y)
       loops->motions(map, 0, y, &inverse[static_cast<std::size_t>(y) * width], width,
                      to->x + y * width, to->y + y * width);

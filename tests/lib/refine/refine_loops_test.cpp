@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "base/instruction_set.h"
 #include "refine/contact_rays.h"
 #include "refine/hull_distance.h"
 
@@ -27,11 +28,9 @@ class RefineLoops : public ::testing::Test {
   }
   /// Each set of loops that this machine can run.
   std::vector<const Loops*> all() const {
-    std::vector<const Loops*> sets{&baseline_loops()};
+    std::vector<const Loops*> sets{&Loops::baseline()};
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") &&
-        __builtin_cpu_supports("fma"))
-      sets.push_back(&avx2_loops());
+    if (has_avx2()) sets.push_back(&Loops::avx2());
 #endif
     return sets;
   }
@@ -60,7 +59,8 @@ class RefineLoops : public ::testing::Test {
 template <typename Run>
 void expect_same_bits(const std::vector<const Loops*>& sets, const Run& run) {
   const std::vector<float> first = run(*sets.front());
-  for (const Loops* loops : sets) EXPECT_EQ(run(*loops), first) << loops->name;
+  for (const Loops* loops : sets)
+    EXPECT_EQ(run(*loops), first) << (loops == &Loops::baseline() ? "baseline" : "avx2");
 }
 
 TEST_F(RefineLoops, ARowIsAsDeepInsideAsItsPoints) {
@@ -131,7 +131,7 @@ TEST_F(RefineLoops, AlongALineAsSampled) {
       return out;
     };
     expect_same_bits(all(), run);
-    const std::vector<float> out = run(loops());
+    const std::vector<float> out = run(Loops::best());
     for (int i = 0; i < count; ++i)
       EXPECT_NEAR(out[static_cast<std::size_t>(i)],
                   sample(grid, values.data(), begin + static_cast<float>(i) * way), 2e-5f);
@@ -186,7 +186,7 @@ TEST_F(RefineLoops, RimsAskNodesByTheFormula) {
       return out;
     };
     expect_same_bits(all(), run);
-    const std::vector<float> out = run(loops());
+    const std::vector<float> out = run(Loops::best());
     for (int y = 1; y < ny - 1; ++y)
       for (int x = 1; x < nx - 1; ++x) {
         const Vec3f away = Vec3f(x, y, 1) - Vec3f(rim.at[0], rim.at[1], rim.at[2]);
@@ -214,7 +214,7 @@ TEST_F(RefineLoops, SignsAreOneWhereAbove) {
         for (int i = 0; i < 64 * static_cast<int>(words.size()); ++i)
           EXPECT_EQ(words[static_cast<std::size_t>(i / 64)] >> i % 64 & 1,
                     i < count && f[static_cast<std::size_t>(i)] > above)
-              << loops->name << ' ' << i;
+              << (loops == &Loops::baseline() ? "baseline " : "avx2 ") << i;
       }
   }
 }
@@ -253,7 +253,7 @@ TEST_F(RefineLoops, ThePlatesStepsAreTheFormulas) {
     return out;
   };
   expect_same_bits(all(), run);
-  const std::vector<float> out = run(loops());
+  const std::vector<float> out = run(Loops::best());
   const float* more = out.data() + PlateScene::nx + PlateScene::size;
   const float* solution = more + PlateScene::size;
   const float* residual = solution + PlateScene::size;
@@ -308,7 +308,7 @@ TEST_F(RefineLoops, RimsAskForTheirEnergysGradient) {
     }
     return sum;
   };
-  const std::vector<float> out = run(loops());
+  const std::vector<float> out = run(Loops::best());
   for (std::size_t n = 0; n < f.size(); ++n)
     EXPECT_NEAR(out[n] - before[n], 0.25 * (energy(n, 1.0) - energy(n, -1.0)), 1e-4);
   double left = energy(0, 0.0);

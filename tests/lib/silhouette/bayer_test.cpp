@@ -125,7 +125,7 @@ TEST(Bayer, PartsOfARowAndInstructionSetsGiveTheSameBytes) {
     const test::Frame frame = random_frame(format, BayerOrder::gbrg, 701, 4);
     for (int y = 0; y < 4; ++y) {
       std::vector<std::uint8_t> whole(701 * 4), part(701 * 4);
-      silhouette::plain_colour_kernels().convert_bayer(frame.view, y, 0, 701, whole.data());
+      silhouette::ColourKernels::baseline().convert_bayer(frame.view, y, 0, 701, whole.data());
       for (const auto& [x0, x1] : {std::pair{0, 701}, {1, 700}, {5, 6}, {255, 520}}) {
         convert_row(frame.view, y, x0, x1, part.data());
         EXPECT_TRUE(std::equal(part.begin(), part.begin() + 4 * (x1 - x0), whole.begin() + 4 * x0));

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/instruction_set.h"
 #include "silhouette/pixels/choose_kernels.h"
 #include "silhouette/pixels/colour_kernels.h"
 #include "silhouette/pixels/kernels.h"
@@ -105,9 +106,9 @@ void exact_pixel(const FrameView& f, int x, int y, double rgb[3]) {
 }
 
 std::vector<const silhouette::ColourKernels*> variants() {
-  std::vector<const silhouette::ColourKernels*> all{&silhouette::plain_colour_kernels()};
+  std::vector<const silhouette::ColourKernels*> all{&silhouette::ColourKernels::baseline()};
 #if defined(__x86_64__)
-  if (silhouette::avx2_supported()) all.push_back(&silhouette::avx2_colour_kernels());
+  if (has_avx2()) all.push_back(&silhouette::ColourKernels::avx2());
 #endif
   return all;
 }
@@ -201,7 +202,7 @@ TEST(Colour, PartsOfARowAndInstructionSetsGiveTheSameBytes) {
     Stored s = random_frame(format, width, 4, 11);
     s.view.site = ChromaSite::centre;
     std::vector<std::uint8_t> whole(width * 4);
-    silhouette::plain_colour_kernels().convert_yuv(s.view, 1, 0, width, whole.data());
+    silhouette::ColourKernels::baseline().convert_yuv(s.view, 1, 0, width, whole.data());
     for (const silhouette::ColourKernels* kernels : variants()) {
       for (const auto& [x0, x1] : {std::pair{0, width},
                                    {1, 2},
@@ -274,10 +275,10 @@ TEST(ChooseKernels, SaysWhatPolyhullIsaTakes) {
 #if defined(__x86_64__)
   // The sets' old names, too; a set that the machine lacks is said.
   for (const auto& [name, set, there] : {std::tuple("baseline", "baseline", true),
-                                         {"avx2", "avx2", silhouette::avx2_supported()},
-                                         {"v3", "avx2", silhouette::avx2_supported()},
-                                         {"avx512", "avx512", silhouette::avx512_supported()},
-                                         {"v4", "avx512", silhouette::avx512_supported()}}) {
+                                         {"avx2", "avx2", has_avx2()},
+                                         {"v3", "avx2", has_avx2()},
+                                         {"avx512", "avx512", has_avx512()},
+                                         {"v4", "avx512", has_avx512()}}) {
     const silhouette::KernelChoice choice = silhouette::choose_kernels(name);
     EXPECT_EQ(choice.kernels.name, there ? std::string(set) : best);
     EXPECT_EQ(choice.complaint.find("this machine does not have") != std::string::npos, !there);

@@ -5,6 +5,7 @@
 
 #include <thread>
 
+#include "base/instruction_set.h"
 #include "silhouette/pixels/kernels.h"
 #include "silhouette_checks.h"
 #include "silhouette_frames.h"
@@ -276,8 +277,8 @@ TEST(Silhouette, KernelsAgree) {
   using namespace silhouette;
   std::mt19937 random(6);
   std::vector<const Kernels*> others = {&baseline_kernels()};
-  if (avx2_supported()) others.push_back(&avx2_kernels());
-  if (avx512_supported()) others.push_back(&avx512_kernels());
+  if (has_avx2()) others.push_back(&avx2_kernels());
+  if (has_avx512()) others.push_back(&avx512_kernels());
   const Kernels& plain = plain_kernels();
   constexpr int n = 176;
   std::vector<std::uint8_t> pixels(8 * n + 64), plate(4 * n);

@@ -4,6 +4,8 @@
 /// at run time.
 #pragma once
 
+#include "base/instruction_set.h"
+
 namespace polyhull::lens {
 
 inline constexpr int focus_row = 16;  ///< pixels, of which each call but disks() makes a row
@@ -45,14 +47,10 @@ struct FocusLoops {
   /// Scales \p light to the coverage that it would have, were its disks of these alone.
   void (*cover)(const DiskPlanes& subject, const DiskOffset* offsets, int count,
                 const float* radius, const float* inverse_area, float (*light)[focus_row]);
+
+  static const FocusLoops& baseline();
+  static const FocusLoops& avx2();
+  static const FocusLoops& best() { return best_loops<FocusLoops>(); }
 };
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const FocusLoops& focus_loops();
-
-const FocusLoops& baseline_focus_loops();
-#if defined(__x86_64__)
-const FocusLoops& avx2_focus_loops();
-#endif
 
 }  // namespace polyhull::lens

@@ -4,6 +4,8 @@
 /// run time.
 #pragma once
 
+#include "base/instruction_set.h"
+
 namespace polyhull::lens {
 
 inline constexpr int motion_row = 8;  ///< pixels that blur() makes
@@ -40,14 +42,10 @@ struct MotionLoops {
   /// The light of \p span while the shutter is open; \p subject may be null.
   void (*blur)(const MotionMap& map, const MovingLayer& scene, const MovingLayer* subject,
                const MotionSpan& span, float (*light)[motion_row]);
+
+  static const MotionLoops& baseline();
+  static const MotionLoops& avx2();
+  static const MotionLoops& best() { return best_loops<MotionLoops>(); }
 };
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const MotionLoops& motion_loops();
-
-const MotionLoops& baseline_motion_loops();
-#if defined(__x86_64__)
-const MotionLoops& avx2_motion_loops();
-#endif
 
 }  // namespace polyhull::lens

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/instruction_set.h"
+
 namespace polyhull::lens {
 
 /// An RGBA picture.
@@ -31,14 +33,10 @@ struct ResampleLoops {
   /// has the same size and stride; the rest of \p out stays.
   void (*resample_changed)(const PictureSource& picture, const std::uint8_t* before,
                            const PlaceRun& run, std::uint8_t* out);
+
+  static const ResampleLoops& baseline();
+  static const ResampleLoops& avx2();
+  static const ResampleLoops& best() { return best_loops<ResampleLoops>(); }
 };
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const ResampleLoops& resample_loops();
-
-const ResampleLoops& baseline_resample_loops();
-#if defined(__x86_64__)
-const ResampleLoops& avx2_resample_loops();
-#endif
 
 }  // namespace polyhull::lens

@@ -40,7 +40,7 @@ void Skin::displace(const SkinScratch::View& view, int count, SkinScratch& s) co
       s.moved_u[i] = s.from_u[i];
       s.moved_v[i] = s.from_v[i];
     }
-    loops().displace(flow, count, s.moved_share, s.moved_u, s.moved_v);
+    Loops::best().displace(flow, count, s.moved_share, s.moved_u, s.moved_v);
     for (int i = 0; i < count; ++i) {
       view.u[i] += s.moved_u[i] - s.from_u[i];
       view.v[i] += s.moved_v[i] - s.from_v[i];

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "base/instruction_set.h"
 #include "base/srgb.h"
 
 namespace polyhull::processor {
@@ -24,15 +23,6 @@ const SrgbLines& srgb_lines() {
     return made;
   }();
   return lines;
-}
-
-const Loops& loops() {
-#if defined(__x86_64__)
-  static const Loops& chosen = may_use_avx2() ? avx2_loops() : baseline_loops();
-  return chosen;
-#else
-  return baseline_loops();
-#endif
 }
 
 }  // namespace polyhull::processor

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "base/instruction_set.h"
 #include "raster/raster_loops.h"
 
 namespace polyhull::processor {
@@ -150,7 +151,6 @@ struct BlendPixels {
 };
 
 struct Loops {
-  const char* name;
   /// Makes a record of 16 numbers (SkinItem) of each spot: what the three \p corners of its triangle
   /// have, in the shares in which they make it up, and its depth times \p scale.
   void (*place)(const SkinSpot* spots, int count, const ScreenTriangle* triangles,
@@ -200,17 +200,13 @@ struct Loops {
   /// background of albedo 1 falls for taken = 1; \p decode as for add().
   int (*blend)(const BlendPixels& pixels, const float (&power)[3], const float* decode,
                const SrgbLines& encode, std::uint32_t* out);
+
+  static const Loops& baseline();
+  static const Loops& avx2();
+  static const Loops& best() { return best_loops<Loops>(); }
 };
 
 /// Within a sixtieth of a step of the curve.
 const SrgbLines& srgb_lines();
-
-const Loops& baseline_loops();
-#if defined(__x86_64__)
-const Loops& avx2_loops();
-#endif
-
-/// The best of this machine, or what POLYHULL_ISA allows.
-const Loops& loops();
 
 }  // namespace polyhull::processor

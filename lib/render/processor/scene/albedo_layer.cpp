@@ -40,7 +40,7 @@ void look_up(const FilteredTexture& texture, const SceneMesh& mesh, const std::u
   float depth[AlbedoLayer::piece];
   for (int i = 0; i < count; ++i)
     depth[i] = 1.0f / std::max(all.start + static_cast<float>(i) * all.dx, 1e-30f);
-  view_loops().texels(texture.levels(), {count, depth, all, of(0), of(1)}, values);
+  ViewLoops::best().texels(texture.levels(), {count, depth, all, of(0), of(1)}, values);
 }
 
 }  // namespace
@@ -56,11 +56,11 @@ void AlbedoLayer::scatter(const TracedScene& scene, const SceneLayer& layer, int
   if (normal == normals[shown.corner[1]] && normal == normals[shown.corner[2]]) {
     const Vec3f way = rays_.at(x, y);
     normal *= (glm::dot(way, normal) > 0.0f ? -1.0f : 1.0f) / glm::length(normal);
-    view_loops().fresnel({count,
-                          {way.x, way.y, way.z},
-                          {rays_.x.x, rays_.x.y, rays_.x.z},
-                          {normal.x, normal.y, normal.z}},
-                         fifth);
+    ViewLoops::best().fresnel({count,
+                               {way.x, way.y, way.z},
+                               {rays_.x.x, rays_.x.y, rays_.x.z},
+                               {normal.x, normal.y, normal.z}},
+                              fifth);
   } else {
     for (int i = 0; i < count; ++i) {
       Ray ray;

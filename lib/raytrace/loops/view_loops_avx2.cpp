@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: LGPL-2.1-or-later
-#define LOOPS_FUNCTION avx2_view_loops
-#include "raytrace/loops/view_loops.inc"

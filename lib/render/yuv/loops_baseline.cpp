@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: LGPL-2.1-or-later
-#define LOOPS_FUNCTION baseline_loops
-#include "render/yuv/loops.inc"
