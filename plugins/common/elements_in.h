@@ -5,19 +5,15 @@
 
 #include <gst/gst.h>
 
-#include <memory>
 #include <vector>
+
+#include "plugins/common/references.h"
 
 namespace polyhull::element {
 
-struct ObjectUnref {
-  void operator()(gpointer object) const { gst_object_unref(object); }
-};
-using ElementReference = std::unique_ptr<GstElement, ObjectUnref>;
-
 /// All elements in \p bin, those of bins in it included, the latest added first.
-inline std::vector<ElementReference> elements_in(GstBin* bin) {
-  std::vector<ElementReference> found;
+inline std::vector<Ref<GstElement>> elements_in(GstBin* bin) {
+  std::vector<Ref<GstElement>> found;
   g_autoptr(GstIterator) iterator = gst_bin_iterate_recurse(bin);
   g_auto(GValue) item = G_VALUE_INIT;
   for (;;) {

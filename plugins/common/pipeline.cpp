@@ -6,8 +6,8 @@
 namespace polyhull::element {
 namespace {
 
-ElementReference top_of(GstElement* element) {
-  ElementReference top(GST_ELEMENT(gst_object_ref(element)));
+Ref<GstElement> top_of(GstElement* element) {
+  Ref<GstElement> top(GST_ELEMENT(gst_object_ref(element)));
   while (GstObject* parent = gst_object_get_parent(GST_OBJECT(top.get())))
     top.reset(GST_ELEMENT(parent));
   return top;
@@ -15,13 +15,13 @@ ElementReference top_of(GstElement* element) {
 
 }  // namespace
 
-ElementReference find_in_pipeline(GstElement* seeker, const std::string& name, const char* property,
-                                  const char* what, const std::function<bool(GstElement*)>& suits) {
-  ElementReference found;
-  const ElementReference top = top_of(seeker);
-  std::vector<ElementReference> elements;
+Ref<GstElement> find_in_pipeline(GstElement* seeker, const std::string& name, const char* property,
+                                 const char* what, const std::function<bool(GstElement*)>& suits) {
+  Ref<GstElement> found;
+  const Ref<GstElement> top = top_of(seeker);
+  std::vector<Ref<GstElement>> elements;
   if (GST_IS_BIN(top.get())) elements = elements_in(GST_BIN(top.get()));
-  for (ElementReference& element : elements) {
+  for (Ref<GstElement>& element : elements) {
     if (!name.empty() && name != GST_OBJECT_NAME(element.get())) continue;
     if (!suits(element.get())) continue;
     if (found != nullptr)

@@ -14,7 +14,7 @@ namespace polyhull::element {
 /// empty, that of this name. Throws Error where there is none, or more than one of any name;
 /// \p what says in the message what was looked for, as "serialtrigger"; \p property, which property
 /// names it.
-ElementReference find_in_pipeline(GstElement* seeker, const std::string& name, const char* property,
-                                  const char* what, const std::function<bool(GstElement*)>& suits);
+Ref<GstElement> find_in_pipeline(GstElement* seeker, const std::string& name, const char* property,
+                                 const char* what, const std::function<bool(GstElement*)>& suits);
 
 }  // namespace polyhull::element

@@ -105,7 +105,7 @@ void note_shown(HullBuild& self, const std::vector<SetView>& views) {
   self.fade.shown();
   self.shown_views.clear();
   for (const SetView& view : views)
-    self.shown_views.push_back({view.camera, BufferRef(gst_buffer_ref(view.view->buffer()))});
+    self.shown_views.push_back({view.camera, Ref<GstBuffer>(gst_buffer_ref(view.view->buffer()))});
   self.shown_growth = self.growth.value_or(1.0);
   self.judged_cameras.clear();
 }

@@ -33,7 +33,7 @@ namespace polyhull::element {
 /// A view that was shown.
 struct ShownView {
   std::string camera;
-  BufferRef buffer;
+  Ref<GstBuffer> buffer;
 };
 
 /// The element's state.

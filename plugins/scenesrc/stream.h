@@ -66,7 +66,7 @@ class SceneStream {
   bool assumed_ = false;       // these two, and a sky: the file has no light
   bool said_clipped_ = false;
   // The last picture. Its memory is in two buffers wherever one of them is sent: nobody may write to it.
-  BufferRef sent_;
+  Ref<GstBuffer> sent_;
   GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;
   LensWatch lens_watch_;
   Camera camera_;                                 // the last good one; width 0: none yet

@@ -37,7 +37,7 @@ GstPad* pad_of(GstElement* element) {
 
 void SetListener::start(GstElement* seeker, const std::string& name, Heard heard) {
   stop();
-  ElementReference element =
+  Ref<GstElement> element =
       find_in_pipeline(seeker, name, "listen-to", name.empty() ? "composite" : "element",
                        [&](GstElement* found) { return !name.empty() || has_signal(found); });
   auto* held = new Heard(std::move(heard));

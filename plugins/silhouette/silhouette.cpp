@@ -26,7 +26,7 @@ using namespace polyhull::element;
 
 /// The pixels of the view before, which a frame that changed nothing sends again.
 struct Sent {
-  MemoryRef pixels;
+  Ref<GstMemory> pixels;
   Rectangle roi;
 };
 
@@ -145,7 +145,7 @@ GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFr
   MappedMemory pixels(writer.allocate(size), GST_MAP_READWRITE);
   silhouetter.write_rgba(frame, view.roi, pixels.data(), view.stride);
   view.pixels = pixels.bytes();
-  sent = {MemoryRef(gst_memory_ref(pixels.memory())), view.roi};
+  sent = {Ref<GstMemory>(gst_memory_ref(pixels.memory())), view.roi};
   return writer.write(view, pixels.memory(), video.buffer);
 }
 

@@ -105,9 +105,9 @@ std::int64_t DepthInput::tolerance_for(std::int64_t duration) const {
 }
 
 /// Takes the nearest that is within half of \p duration of \p time; what is older than that goes.
-BufferRef DepthInput::find(std::int64_t time, std::int64_t duration,
-                           std::optional<std::int64_t> longest, GstVideoInfo& info,
-                           bool& newly_lost) {
+Ref<GstBuffer> DepthInput::find(std::int64_t time, std::int64_t duration,
+                                std::optional<std::int64_t> longest, GstVideoInfo& info,
+                                bool& newly_lost) {
   Lock lock(mutex_);
   const std::int64_t tolerance = tolerance_for(duration);
   const std::int64_t step = asked_ ? difference(time, *asked_) : 0;
@@ -130,7 +130,7 @@ BufferRef DepthInput::find(std::int64_t time, std::int64_t duration,
                        [&](const Arrived& a, const Arrived& b) { return apart(a) < apart(b); });
   if (nearest == arrived_.end() || apart(*nearest) > tolerance) return nullptr;
   info = nearest->info;
-  BufferRef found(gst_buffer_ref(nearest->buffer.get()));
+  Ref<GstBuffer> found(gst_buffer_ref(nearest->buffer.get()));
   // It stays: the frame after may be shown again.
   arrived_.erase(arrived_.begin(), nearest);
   changed_.notify_all();
@@ -150,7 +150,7 @@ std::shared_ptr<const DepthPicture> DepthInput::at(GstBuffer* frame, const GstSe
     const std::scoped_lock lock(mutex_);
     period_ = period_of_frame(frame, match);
   }
-  const BufferRef found = time ? find(*time, duration, longest, info, newly_lost) : nullptr;
+  const Ref<GstBuffer> found = time ? find(*time, duration, longest, info, newly_lost) : nullptr;
   if (newly_lost)
     statistics_.warn(element_, "depth-losses",
                      "At the pad depth nothing has come for a second: frames go on without, and "
@@ -182,7 +182,7 @@ void DepthInput::video_flushed() {
 
 // ---- the pad's thread
 
-GstFlowReturn DepthInput::take(BufferRef buffer) {
+GstFlowReturn DepthInput::take(Ref<GstBuffer> buffer) {
   const SceneInputSettings settings = settings_();
   Lock lock(mutex_);
   if (flushing_) return GST_FLOW_FLUSHING;

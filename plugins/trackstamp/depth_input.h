@@ -43,14 +43,14 @@ class DepthInput final : public SidePad {
  private:
   struct Arrived {
     std::int64_t time;
-    BufferRef buffer;
+    Ref<GstBuffer> buffer;
     GstVideoInfo info;
   };
-  GstFlowReturn take(BufferRef buffer) override;
+  GstFlowReturn take(Ref<GstBuffer> buffer) override;
   bool hear_caps(GstCaps* caps) override;
   void forget() override;
-  BufferRef find(std::int64_t time, std::int64_t duration, std::optional<std::int64_t> longest,
-                 GstVideoInfo& info, bool& newly_lost);
+  Ref<GstBuffer> find(std::int64_t time, std::int64_t duration, std::optional<std::int64_t> longest,
+                      GstVideoInfo& info, bool& newly_lost);
   bool reaches(std::int64_t time) const;
   std::size_t waiting_bytes() const;
   std::int64_t tolerance_for(std::int64_t duration) const;

@@ -203,7 +203,7 @@ bool SceneInput::is_ahead() const {
          (history_.last_after(*asked_) > most_ahead || history_.is_crowded(*asked_));
 }
 
-GstFlowReturn SceneInput::take(BufferRef buffer) {
+GstFlowReturn SceneInput::take(Ref<GstBuffer> buffer) {
   std::string bytes(gst_buffer_get_size(buffer.get()), '\0');
   gst_buffer_extract(buffer.get(), 0, bytes.data(), bytes.size());
   std::optional<std::int64_t> arrival;

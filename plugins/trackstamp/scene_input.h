@@ -45,7 +45,7 @@ class SceneInput final : public SidePad {
   void reset();
 
  private:
-  GstFlowReturn take(BufferRef buffer) override;
+  GstFlowReturn take(Ref<GstBuffer> buffer) override;
   void begin() override;
   void end() override;
   void forget() override;

@@ -73,7 +73,7 @@ GstBuffer* ViewClientSrc::frame(GstElement* element, const PacketHeader& header,
                                 const ViewClientSettings& now) {
   if (format == nullptr)
     throw Cut{"refused-formats", "a frame came before its format. The sender must end in gdppay."};
-  MemoryRef memory(gst_allocator_alloc(nullptr, header.size, nullptr));
+  Ref<GstMemory> memory(gst_allocator_alloc(nullptr, header.size, nullptr));
   std::int64_t capture_time = no_time;
   {
     MappedMemory map(memory == nullptr ? nullptr : gst_memory_ref(memory.get()), GST_MAP_READWRITE);
@@ -93,7 +93,7 @@ GstBuffer* ViewClientSrc::frame(GstElement* element, const PacketHeader& header,
                                 : gst_segment_to_running_time(&segment, GST_FORMAT_TIME,
                                                               static_cast<guint64>(header.time));
   if (old(element, capture_time, time, now)) return nullptr;
-  BufferRef buffer(gst_buffer_new());
+  Ref<GstBuffer> buffer(gst_buffer_new());
   gst_buffer_append_memory(buffer.get(), memory.release());
   GST_BUFFER_PTS(buffer.get()) = time;
   if (header.duration != no_time)

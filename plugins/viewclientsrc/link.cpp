@@ -84,10 +84,10 @@ Error ended_at_once(const std::string& where, const std::string& why) {
 }
 
 /// TLS over \p socket, both ends of which have proved who they are.
-GRef<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std::string& name,
-                        const std::string& where, std::int64_t timeout, GCancellable* cancel) {
-  const GRef<GSocketConnection> plain(g_socket_connection_factory_create_connection(socket));
-  GRef<GIOStream> stream = identity.client(G_IO_STREAM(plain.get()), name);
+Ref<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std::string& name,
+                       const std::string& where, std::int64_t timeout, GCancellable* cancel) {
+  const Ref<GSocketConnection> plain(g_socket_connection_factory_create_connection(socket));
+  Ref<GIOStream> stream = identity.client(G_IO_STREAM(plain.get()), name);
   GError* error = nullptr;
   timeout = std::max(timeout, least_handshake);
   Deadline deadline(socket, timeout, cancel);
@@ -108,9 +108,9 @@ GRef<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std:
 }
 
 /// A socket that is connected to \p address; null and \p error where that failed.
-GRef<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** error) {
-  GRef<GSocket> socket(g_socket_new(g_socket_address_get_family(address), G_SOCKET_TYPE_STREAM,
-                                    G_SOCKET_PROTOCOL_TCP, error));
+Ref<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** error) {
+  Ref<GSocket> socket(g_socket_new(g_socket_address_get_family(address), G_SOCKET_TYPE_STREAM,
+                                   G_SOCKET_PROTOCOL_TCP, error));
   if (socket == nullptr) return nullptr;
   g_socket_set_blocking(socket.get(), FALSE);
   g_socket_set_keepalive(socket.get(), TRUE);
@@ -125,7 +125,7 @@ GRef<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** 
     return nullptr;
   // The socket keeps the address from now on, even where the server resets the connection: TLS takes
   // one for there as it begins.
-  const GRef<GSocketAddress> there(g_socket_get_remote_address(socket.get(), error));
+  const Ref<GSocketAddress> there(g_socket_get_remote_address(socket.get(), error));
   return there != nullptr ? std::move(socket) : nullptr;
 }
 

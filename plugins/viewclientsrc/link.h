@@ -52,9 +52,9 @@ class Link {
   gssize receive(std::span<std::uint8_t> bytes, GError** error);
 
   GCancellable* cancel_;
-  GRef<GSocket> socket_;
-  GRef<GIOStream> secured_;  // null: without TLS
-  bool heard_ = false;       // anything
+  Ref<GSocket> socket_;
+  Ref<GIOStream> secured_;  // null: without TLS
+  bool heard_ = false;      // anything
   std::string why_;
 };
 

@@ -29,11 +29,6 @@ struct Cut {
 
 struct EndOfStream {};
 
-struct CapsUnref {
-  void operator()(GstCaps* caps) const { gst_caps_unref(caps); }
-};
-using CapsRef = std::unique_ptr<GstCaps, CapsUnref>;
-
 struct ViewClientSrc {
   static constexpr char type_name[] = "PolyhullViewClientSrc";
   static GType base_type() { return GST_TYPE_PUSH_SRC; }
@@ -67,13 +62,13 @@ struct ViewClientSrc {
 
   ViewClientSettings settings;  // under the object lock
   Statistics statistics{"viewclientsrc-stats"};
-  GRef<GCancellable> cancel;  // cancelled: whoever waits shall return
+  Ref<GCancellable> cancel;  // cancelled: whoever waits shall return
   // The streaming thread's:
   TlsIdentity identity;
   std::unique_ptr<Link> link;
   RateLimit limit;
-  CapsRef format;          // what the connection brings
-  CapsRef agreed;          // what the source pad has agreed on
+  Ref<GstCaps> format;     // what the connection brings
+  Ref<GstCaps> agreed;     // what the source pad has agreed on
   GstSegment segment;      // the sender's
   std::int64_t waits = 0;  // since when, monotonic µs, for the frame to come
   bool first = true;       // no frame has come over this connection yet

@@ -11,14 +11,14 @@ namespace {
 
 constexpr gsize ipv4_in_ipv6 = 12;  // bytes before the four: ten of 0, two of 255
 
-GRef<GInetAddress> plain(GInetAddress* address) {
+Ref<GInetAddress> plain(GInetAddress* address) {
   const guint8* bytes = g_inet_address_to_bytes(address);
   constexpr std::array<guint8, ipv4_in_ipv6> mapped{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255};
   if (g_inet_address_get_family(address) == G_SOCKET_FAMILY_IPV6 &&
       std::equal(mapped.begin(), mapped.end(), bytes))
-    return GRef<GInetAddress>(
+    return Ref<GInetAddress>(
         g_inet_address_new_from_bytes(bytes + ipv4_in_ipv6, G_SOCKET_FAMILY_IPV4));
-  return GRef<GInetAddress>(G_INET_ADDRESS(g_object_ref(address)));
+  return Ref<GInetAddress>(G_INET_ADDRESS(g_object_ref(address)));
 }
 
 }  // namespace
@@ -40,14 +40,14 @@ AllowedAddresses::AllowedAddresses(const std::string& text) {
 
 bool AllowedAddresses::has(GInetAddress* address) const {
   if (masks_.empty()) return true;
-  const GRef<GInetAddress> each = plain(address);
-  return std::any_of(masks_.begin(), masks_.end(), [&](const GRef<GInetAddressMask>& mask) {
+  const Ref<GInetAddress> each = plain(address);
+  return std::any_of(masks_.begin(), masks_.end(), [&](const Ref<GInetAddressMask>& mask) {
     return g_inet_address_mask_matches(mask.get(), each.get());
   });
 }
 
 std::string network_of(GInetAddress* address) {
-  const GRef<GInetAddress> each = plain(address);
+  const Ref<GInetAddress> each = plain(address);
   constexpr gsize network = 8;
   return {reinterpret_cast<const char*>(g_inet_address_to_bytes(each.get())),
           std::min(g_inet_address_get_native_size(each.get()), network)};

@@ -22,7 +22,7 @@ class AllowedAddresses {
   bool has(GInetAddress* address) const;
 
  private:
-  std::vector<GRef<GInetAddressMask>> masks_;
+  std::vector<Ref<GInetAddressMask>> masks_;
 };
 
 /// Of whom \p address is: an IPv4 address for itself, an IPv6 one for the 64 bits of its network, of

@@ -20,7 +20,7 @@ struct ValueUnset {
 };
 using ValueRef = std::unique_ptr<GValue, ValueUnset>;
 
-GRef<GstElement> element_of(GstElement* beside, const std::string& name) {
+Ref<GstElement> element_of(GstElement* beside, const std::string& name) {
   g_autoptr(GstObject) parent = gst_object_get_parent(GST_OBJECT(beside));
   GstElement* found = parent != nullptr && GST_IS_BIN(parent)
                           ? gst_bin_get_by_name_recurse_up(GST_BIN(parent), name.c_str())
@@ -28,7 +28,7 @@ GRef<GstElement> element_of(GstElement* beside, const std::string& name) {
   if (found == nullptr)
     throw Error(Error::Kind::not_found,
                 "There is no element '{}' in the pipeline, as settings-for says.", name);
-  return GRef<GstElement>(found);
+  return Ref<GstElement>(found);
 }
 
 /// Whether clients may set \p property: one that may change while it plays, and no text, which may be
@@ -56,7 +56,7 @@ ValueRef value_of(GParamSpec* property, const std::string& name, const std::stri
 }  // namespace
 
 void apply_remote_settings(GstElement* beside, const std::string& name, const std::string& text) {
-  const GRef<GstElement> element = element_of(beside, name);
+  const Ref<GstElement> element = element_of(beside, name);
   g_auto(GStrv) words = nullptr;
   g_autoptr(GError) error = nullptr;
   if (!g_shell_parse_argv(text.c_str(), nullptr, &words, &error))

@@ -14,9 +14,9 @@
 
 namespace polyhull::element {
 
-ServedClient::ServedClient(GRef<GSocketConnection> connection, From from,
+ServedClient::ServedClient(Ref<GSocketConnection> connection, From from,
                            const TlsIdentity& identity, guint timeout, Admission admission,
-                           Listener listener, const std::vector<BufferRef>& head)
+                           Listener listener, const std::vector<Ref<GstBuffer>>& head)
     : from_(std::move(from)),
       admission_(std::move(admission)),
       listener_(std::move(listener)),
@@ -78,11 +78,11 @@ void ServedClient::end_locked(ClientEnd why, std::string reason) {
   changed_.notify_all();
 }
 
-void ServedClient::begin_with(const std::vector<BufferRef>& head) {
+void ServedClient::begin_with(const std::vector<Ref<GstBuffer>>& head) {
   const std::scoped_lock lock(mutex_);
   if (trusted_ || ended_ != ClientEnd::none) return;
   queue_.clear();
-  for (const BufferRef& packet : head) queue_.emplace_back(gst_buffer_ref(packet.get()));
+  for (const Ref<GstBuffer>& packet : head) queue_.emplace_back(gst_buffer_ref(packet.get()));
 }
 
 void ServedClient::send(GstBuffer* packet, std::size_t most) {
@@ -140,7 +140,7 @@ bool ServedClient::write(GOutputStream* output, GstBuffer* packet) {
 
 void ServedClient::serve(const TlsIdentity& identity) {
   // Lasts beyond end(): before, its closing would wait for a client that takes nothing.
-  GRef<GIOStream> secured;
+  Ref<GIOStream> secured;
   try {
     serve_all(identity, secured);
   } catch (const std::exception& why) {
@@ -148,7 +148,7 @@ void ServedClient::serve(const TlsIdentity& identity) {
   }
 }
 
-void ServedClient::serve_all(const TlsIdentity& identity, GRef<GIOStream>& secured) {
+void ServedClient::serve_all(const TlsIdentity& identity, Ref<GIOStream>& secured) {
   if (identity) {
     GError* error = nullptr;
     secured = identity.server(G_IO_STREAM(connection_.get()));
@@ -227,7 +227,7 @@ void ServedClient::write_all(GOutputStream* output) {
   while (true) {
     changed_.wait(lock, [&] { return !queue_.empty() || ended_ != ClientEnd::none; });
     if (ended_ != ClientEnd::none) return;
-    const BufferRef packet = std::move(queue_.front());
+    const Ref<GstBuffer> packet = std::move(queue_.front());
     queue_.pop_front();
     writing_ = true;
     lock.unlock();

@@ -54,15 +54,15 @@ class ServedClient {
   /// Serves \p connection, by TLS where \p identity has it, in a thread of its own; first of all it
   /// gets \p head. \p timeout (s) is how long it may take nothing; \p listener hears it, none: nobody
   /// does.
-  ServedClient(GRef<GSocketConnection> connection, From from, const TlsIdentity& identity,
+  ServedClient(Ref<GSocketConnection> connection, From from, const TlsIdentity& identity,
                guint timeout, Admission admission, Listener listener,
-               const std::vector<BufferRef>& head);
+               const std::vector<Ref<GstBuffer>>& head);
   /// Cuts the connection.
   ~ServedClient();
   ServedClient(const ServedClient&) = delete;
 
   /// What it gets first instead, where it has not yet proved who it is.
-  void begin_with(const std::vector<BufferRef>& head);
+  void begin_with(const std::vector<Ref<GstBuffer>>& head);
 
   /// Queues \p packet for a client that has proved who it is. Where more than \p most would wait, it
   /// is given up as slow.
@@ -93,7 +93,7 @@ class ServedClient {
 
  private:
   void serve(const TlsIdentity& identity);
-  void serve_all(const TlsIdentity& identity, GRef<GIOStream>& secured);
+  void serve_all(const TlsIdentity& identity, Ref<GIOStream>& secured);
   void write_all(GOutputStream* output);
   bool write(GOutputStream* output, GstBuffer* packet);
   void end(ClientEnd why, std::string reason);
@@ -104,11 +104,11 @@ class ServedClient {
   const Admission admission_;
   const Listener listener_;
   const std::int64_t since_ = g_get_monotonic_time();
-  GRef<GSocketConnection> connection_;
-  GRef<GCancellable> cancel_{g_cancellable_new()};
+  Ref<GSocketConnection> connection_;
+  Ref<GCancellable> cancel_{g_cancellable_new()};
   mutable std::mutex mutex_;  // protects the six below
   std::condition_variable changed_;
-  std::deque<BufferRef> queue_;
+  std::deque<Ref<GstBuffer>> queue_;
   ClientEnd ended_ = ClientEnd::none;
   std::string reason_;
   bool trusted_ = false, writing_ = false;

@@ -90,7 +90,7 @@ ViewServer::~ViewServer() {
 void ViewServer::accept() {
   while (!g_cancellable_is_cancelled(cancel_.get())) {
     g_autoptr(GError) error = nullptr;
-    GRef<GSocketConnection> connection(
+    Ref<GSocketConnection> connection(
         g_socket_listener_accept(socket_.get(), nullptr, cancel_.get(), &error));
     if (connection != nullptr) {
       try {
@@ -106,7 +106,7 @@ void ViewServer::accept() {
 }
 
 /// A connection has come.
-void ViewServer::welcome(GRef<GSocketConnection> connection) {
+void ViewServer::welcome(Ref<GSocketConnection> connection) {
   g_autoptr(GSocketAddress) from =
       g_socket_connection_get_remote_address(connection.get(), nullptr);
   if (!G_IS_INET_SOCKET_ADDRESS(from)) return;
@@ -198,7 +198,7 @@ void ViewServer::tell(std::vector<std::unique_ptr<ServedClient>>& removed) {
   }
 }
 
-void ViewServer::set_head(std::vector<BufferRef> head) {
+void ViewServer::set_head(std::vector<Ref<GstBuffer>> head) {
   const std::scoped_lock lock(mutex_);
   head_ = std::move(head);
   for (const auto& client : clients_) client->begin_with(head_);

@@ -47,7 +47,7 @@ class ViewServer {
   int port() const { return port_; }
 
   /// What comes first to every new client, from now on.
-  void set_head(std::vector<BufferRef> head);
+  void set_head(std::vector<Ref<GstBuffer>> head);
 
   /// Sends \p packet to all.
   void send(GstBuffer* packet, const ViewServerSettings& settings);
@@ -61,7 +61,7 @@ class ViewServer {
 
  private:
   void accept();
-  void welcome(GRef<GSocketConnection> connection);
+  void welcome(Ref<GSocketConnection> connection);
   bool admit(ServedClient& client);
   std::size_t served() const;
   void make_way(const std::string& network, std::vector<std::unique_ptr<ServedClient>>& removed);
@@ -72,12 +72,12 @@ class ViewServer {
   const TlsIdentity identity_;
   const Listener listener_;
   const Settings said_;
-  GRef<GSocketListener> socket_{g_socket_listener_new()};
-  GRef<GCancellable> cancel_{g_cancellable_new()};
+  Ref<GSocketListener> socket_{g_socket_listener_new()};
+  Ref<GCancellable> cancel_{g_cancellable_new()};
   int port_ = 0;
   mutable std::mutex mutex_;  // protects the four below
   ViewServerSettings settings_;
-  std::vector<BufferRef> head_;
+  std::vector<Ref<GstBuffer>> head_;
   std::vector<std::unique_ptr<ServedClient>> clients_;  // in the order in which they came
   std::uint64_t bytes_ = 0;                             // of those that are gone
   std::thread thread_;

@@ -209,7 +209,7 @@ GstFlowReturn wait_event(GstBaseSink* sink, GstEvent* event) {
 /// What gdppay repeats for everybody who comes later.
 gboolean set_caps(GstBaseSink* sink, GstCaps* caps) {
   const GValue* header = gst_structure_get_value(gst_caps_get_structure(caps, 0), "streamheader");
-  std::vector<BufferRef> head;
+  std::vector<Ref<GstBuffer>> head;
   if (header != nullptr && GST_VALUE_HOLDS_ARRAY(header))
     for (guint i = 0; i < gst_value_array_get_size(header); ++i) {
       GstBuffer* packet = gst_value_get_buffer(gst_value_array_get_value(header, i));

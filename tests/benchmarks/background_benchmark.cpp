@@ -13,6 +13,7 @@
 #include "command_line.h"
 #include "measure.h"
 #include "studio/room/room.h"
+#include "support/picture_error.h"
 #include "view/background.h"
 #include "view/gradual_light.h"
 #include "view/raster_view.h"
@@ -21,6 +22,7 @@ namespace {
 
 using namespace polyhull;
 using benchmark::median, benchmark::now;
+using synthetic::psnr;
 
 /// The demo's viewport.
 Camera viewport(double degrees, int width, int height) {
@@ -34,15 +36,6 @@ Picture picture_of(const Background& background) {
   out.pixels.resize(static_cast<std::size_t>(out.width) * out.height * 4);
   background.write(out.pixels.data(), 4 * static_cast<std::size_t>(out.width), 0);
   return out;
-}
-
-double psnr(const Picture& a, const Picture& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    const double d = static_cast<double>(a.pixels[i]) - b.pixels[i];
-    sum += d * d;
-  }
-  return 10.0 * std::log10(255.0 * 255.0 * 0.75 * static_cast<double>(a.pixels.size()) / sum);
 }
 
 struct Row {

@@ -12,6 +12,7 @@
 
 #include "box_views.h"
 #include "element_checks.h"
+#include "plugins/common/references.h"
 #include "studio/cameras/default_rig.h"
 #include "wire/mesh_payload.h"
 
@@ -97,15 +98,12 @@ class Bench {
   std::vector<std::string> warnings() { return warnings_on(bus); }
   guint64 count(const char* field) { return statistic(element, field); }
 
-  struct Unref {
-    void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
-  };
   Rig rig = default_rig();
   GstElement* element;
   GstBus* bus;
   std::vector<GstHarness*> inputs;
   GstHarness* output;
-  std::unique_ptr<GstBuffer, Unref> last;
+  element::Ref<GstBuffer> last;
   GstMapInfo map;
   std::vector<std::uint8_t> bytes;
 };

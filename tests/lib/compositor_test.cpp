@@ -98,8 +98,8 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   keep(stage.background, "background");
   keep(truth, "truth");
   keep(result, "composite");
-  const double whole = synthetic::psnr(result, truth, [](int, int) { return true; });
-  const double without = synthetic::psnr(stage.background, truth, [](int, int) { return true; });
+  const double whole = synthetic::psnr(result, truth);
+  const double without = synthetic::psnr(stage.background, truth);
   // Of the figure, the regions that it changes without standing there: shadow and mirror image.
   const RenderPlan plan = compositor.plan(stage.frame, {});
   const auto around = [&](int x, int y) {

@@ -14,21 +14,14 @@
 #include "raytrace/path_tracer.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
+#include "support/picture_error.h"
+#include "support/quick_light.h"
 
 namespace polyhull {
 namespace {
 
-LightCacheOptions quick() {
-  LightCacheOptions options;
-  options.spacing = 0.05f;
-  options.bounce_spacing = 0.25f;
-  options.light_samples = 32;
-  options.bounce_samples = 32;
-  return options;
-}
-
 struct Lit {
-  explicit Lit(Scene scene) : traced(std::move(scene)), light(traced, quick()) {}
+  explicit Lit(Scene scene) : traced(std::move(scene)), light(traced, synthetic::quick_light(32)) {}
   TracedScene traced;
   LightCache light;
 
@@ -49,14 +42,8 @@ struct Lit {
 };
 
 double psnr(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b, const Camera& camera) {
-  const Picture p = develop(a, 1.0f, camera.width, camera.height);
-  const Picture q = develop(b, 1.0f, camera.width, camera.height);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < p.pixels.size(); ++i) {
-    const double d = static_cast<double>(p.pixels[i]) - q.pixels[i];
-    sum += d * d;
-  }
-  return 10.0 * std::log10(255.0 * 255.0 * 0.75 * static_cast<double>(p.pixels.size()) / sum);
+  return synthetic::psnr(develop(a, 1.0f, camera.width, camera.height),
+                         develop(b, 1.0f, camera.width, camera.height));
 }
 
 /// The share of pixels that differ by more than \p levels of sRGB in a colour.

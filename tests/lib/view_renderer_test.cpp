@@ -9,33 +9,17 @@
 #include "raytrace/path_tracer.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
+#include "support/picture_error.h"
+#include "support/quick_light.h"
 
 namespace polyhull {
 namespace {
-
-LightCacheOptions quick() {
-  LightCacheOptions options;
-  options.spacing = 0.05f;
-  options.bounce_spacing = 0.25f;
-  options.light_samples = 64;
-  options.bounce_samples = 64;
-  return options;
-}
 
 std::vector<Vec3f> view_of(const TracedScene& scene, const LightCache& cache, const Camera& camera,
                            const ViewOptions& options = {}) {
   std::vector<Vec3f> picture(static_cast<std::size_t>(camera.width) * camera.height);
   render_view(scene, cache, camera, options, picture);
   return picture;
-}
-
-double psnr(const Picture& a, const Picture& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    const double d = static_cast<double>(a.pixels[i]) - b.pixels[i];
-    sum += d * d;
-  }
-  return 10.0 * std::log10(255.0 * 255.0 * 0.75 * static_cast<double>(a.pixels.size()) / sum);
 }
 
 /// A floor, a lamp and a thin wall standing on the floor between them.
@@ -65,7 +49,7 @@ TEST(LightCache, IsTheClosedFormInTheOpenAndDarkInTheShadow) {
   Scene scene = wall_scene();
   scene.materials[0].base_colour = scene.materials[1].base_colour = Vec3f(0.0f);  // no bounce
   const TracedScene traced(scene);
-  LightCacheOptions options = quick();
+  LightCacheOptions options = synthetic::quick_light(64);
   options.spacing = 0.02f;
   const LightCache cache(traced, options);
   for (const Vec3f& p :
@@ -82,24 +66,24 @@ TEST(LightCache, IsTheClosedFormInTheOpenAndDarkInTheShadow) {
 
 TEST(LightCache, SoftShadowIsThePathTracers) {
   const TracedScene traced(wall_scene());
-  LightCacheOptions options = quick();
+  LightCacheOptions options = synthetic::quick_light(64);
   options.spacing = 0.02f;
   const LightCache cache(traced, options);
   const Camera camera = look_at({1.2, 2.5, 0.9}, {0.9, 0, 0}, 50, 96, 64);
   const Picture fast = develop(view_of(traced, cache, camera), 1.0f, 96, 64);
   PathOptions paths;
   paths.light_samples = 4;
-  EXPECT_GT(psnr(fast, trace_picture(traced, camera, 64, paths)), 44.0);
+  EXPECT_GT(synthetic::psnr(fast, trace_picture(traced, camera, 64, paths)), 44.0);
 }
 
 TEST(LightCache, BrighterLampsScaleIt) {
   Scene scene = wall_scene();
   const TracedScene traced(scene);
-  LightCache cache(traced, quick());
+  LightCache cache(traced, synthetic::quick_light(64));
   cache.set_gain({2.0f, 1.0f, 0.5f});
   scene.lights[0].radiance *= Vec3f(2.0f, 1.0f, 0.5f);
   const TracedScene brighter(scene);
-  const LightCache expected(brighter, quick());
+  const LightCache expected(brighter, synthetic::quick_light(64));
   for (float x = -1.9f; x < 2.0f; x += 0.31f) {
     const RayHit hit = below(traced, {x, 0, 0.2f});
     EXPECT_LT(glm::length(cache.irradiance(hit, false) - expected.irradiance(hit, false)), 1e-4f);
@@ -112,7 +96,7 @@ TEST(LightCache, BothSidesOfADoubleSidedSheet) {
   scene.materials[1].double_sided = true;
   scene.meshes[1] = parallelogram("sheet", 1, {-2, 1, 2}, {4, 0, 0}, {0, 0, -4});
   const TracedScene traced(scene);
-  const LightCache cache(traced, quick());
+  const LightCache cache(traced, synthetic::quick_light(64));
   RayHit hit;
   hit.mesh = 1;
   hit.triangle = 0;
@@ -125,7 +109,7 @@ class RoomView : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     traced = new TracedScene(room_scene());
-    cache = new LightCache(*traced, quick());
+    cache = new LightCache(*traced, synthetic::quick_light(64));
   }
   static void TearDownTestSuite() {
     delete cache;
@@ -147,7 +131,7 @@ TEST_F(RoomView, IsNearTheTruth) {
     PathOptions paths;
     paths.light_samples = 4;
     paths.bounce_samples = 4;
-    EXPECT_GT(psnr(fast, trace_picture(*traced, camera, 32, paths)), 36.0) << degrees;
+    EXPECT_GT(synthetic::psnr(fast, trace_picture(*traced, camera, 32, paths)), 36.0) << degrees;
   }
 }
 
@@ -156,7 +140,7 @@ TEST_F(RoomView, SameOnOneThreadAndOnMany) {
   ViewOptions one;
   one.threads = 1;
   EXPECT_EQ(view_of(*traced, *cache, camera, one), view_of(*traced, *cache, camera));
-  LightCacheOptions options = quick();
+  LightCacheOptions options = synthetic::quick_light(64);
   options.spacing = 0.2f;
   options.bounce_spacing = 0.5f;
   const LightCache many(*traced, options);
@@ -171,7 +155,7 @@ TEST_F(RoomView, DoesNotFlickerWhenTheCameraMovesALittle) {
     const Camera camera = look_at({1.2 + x, 1.5, 2.4}, {x, 1, 0}, 55, 160, 90);
     return develop(view_of(*traced, *cache, camera), 1.0f, 160, 90);
   };
-  EXPECT_GT(psnr(at(0.0), at(0.0005)), 40.0);
+  EXPECT_GT(synthetic::psnr(at(0.0), at(0.0005)), 40.0);
 }
 
 TEST_F(RoomView, OddSizesAndLensesWork) {

@@ -11,6 +11,7 @@
 
 #include "base/picture.h"
 #include "base/thread_pool.h"
+#include "picture_error.h"
 #include "raytrace/ray_caster.h"
 #include "scene/scene.h"
 
@@ -125,23 +126,5 @@ class SimpleTrace {
   std::uint32_t subject_ = 0xfffffffeu;
   std::function<Vec3f(const Vec3f&)> colour_;
 };
-
-/// Peak signal-to-noise ratio in dB over the pixels that \p counts accepts.
-template <typename Counts>
-double psnr(const Picture& a, const Picture& b, Counts counts) {
-  double sum = 0.0, n = 0.0;
-  for (int y = 0; y < a.height; ++y) {
-    for (int x = 0; x < a.width; ++x) {
-      if (!counts(x, y)) continue;
-      for (int c = 0; c < 3; ++c) {
-        const double d =
-            double(a.row(y)[a.channels * x + c]) - double(b.row(y)[b.channels * x + c]);
-        sum += d * d;
-        n += 1.0;
-      }
-    }
-  }
-  return n == 0.0 ? 0.0 : sum == 0.0 ? 99.0 : 10.0 * std::log10(255.0 * 255.0 * n / sum);
-}
 
 }  // namespace polyhull::synthetic

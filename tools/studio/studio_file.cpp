@@ -17,9 +17,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-using element::ElementReference;
 using element::elements_in;
-using Elements = std::vector<ElementReference>;
+using element::Ref;
+using Elements = std::vector<Ref<GstElement>>;
 
 std::string name_of(GstElement* element) {
   g_autofree gchar* name = gst_object_get_name(GST_OBJECT(element));
@@ -77,13 +77,13 @@ void add_branch(GstElement* element, std::set<GstElement*>& branch) {
 // Elements in the branches of \p camera.
 std::set<GstElement*> branch_of(const Elements& elements, const std::string& camera) {
   std::set<GstElement*> branch;
-  for (const ElementReference& element : elements)
+  for (const Ref<GstElement>& element : elements)
     if (camera_of(element.get()) == camera) add_branch(element.get(), branch);
   return branch;
 }
 
 struct Property {
-  std::unique_ptr<GObject, element::ObjectUnref> owner;
+  element::Ref<GObject> owner;
   GParamSpec* spec = nullptr;  // null where there is none
 };
 
@@ -97,7 +97,7 @@ Property property_of(GstElement* element, const std::string& name) {
     spec = g_object_class_find_property(G_OBJECT_GET_CLASS(element), name.c_str());
     owner = G_OBJECT(gst_object_ref(element));
   }
-  return {std::unique_ptr<GObject, element::ObjectUnref>(owner), spec};
+  return {element::Ref<GObject>(owner), spec};
 }
 
 // The values of \p entry as they now are, but for those that \p stronger (null: nothing) sets after it.
@@ -185,7 +185,7 @@ StudioFile::Report StudioFile::apply(GstBin* pipeline) {
     for (const auto& [kind, properties] : kinds.items()) {
       const std::string where = "cameras." + camera + "." + kind;
       bool taken = false;
-      for (const ElementReference& element : elements) {
+      for (const Ref<GstElement>& element : elements) {
         if (!branch.contains(element.get()) || kind_of(element.get()) != kind) continue;
         apply_to(element.get(), where, properties, report);
         taken = true;
@@ -196,14 +196,14 @@ StudioFile::Report StudioFile::apply(GstBin* pipeline) {
   const Json named = file_.value("elements", Json::object());
   for (const auto& [name, properties] : named.items()) {
     bool taken = false;
-    for (const ElementReference& element : elements) {
+    for (const Ref<GstElement>& element : elements) {
       if (name_of(element.get()) != name) continue;
       apply_to(element.get(), "elements." + name, properties, report);
       taken = true;
     }
     if (!taken) report.without_taker.push_back(fmt::format("{}, elements.{}", source_, name));
   }
-  for (const ElementReference& element : elements)
+  for (const Ref<GstElement>& element : elements)
     applied_[name_of(element.get())] = settings_of(element.get());
   return report;
 }
@@ -226,12 +226,12 @@ std::vector<std::string> StudioFile::read_back(GstBin* pipeline) {
   if (file_.contains("cameras")) {
     for (const auto& [camera, kinds] : file_["cameras"].items()) {
       const std::set<GstElement*> branch = branch_of(elements, camera);
-      for (const ElementReference& element : elements)
+      for (const Ref<GstElement>& element : elements)
         if (branch.contains(element.get()) && kinds.contains(kind_of(element.get())))
           cameras[element.get()] = camera;
     }
   }
-  for (const ElementReference& element : elements) {
+  for (const Ref<GstElement>& element : elements) {
     const std::string name = name_of(element.get());
     // Looked up for each element: what the file gets moves what it has in memory.
     Json* by_camera = nullptr;

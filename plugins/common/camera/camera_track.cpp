@@ -233,7 +233,7 @@ bool CameraTrack::is_ahead() const {
   return end && *end > asked + most_ahead;
 }
 
-GstFlowReturn CameraTrack::take(BufferRef buffer) {
+GstFlowReturn CameraTrack::take(Ref<GstBuffer> buffer) {
   const TrackMatch match = match_now();
   {
     Lock lock(mutex_);

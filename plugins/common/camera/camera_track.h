@@ -62,7 +62,7 @@ class CameraTrack final : public SidePad {
   void video_flushed(guint32 seek = GST_SEQNUM_INVALID);
 
  private:
-  GstFlowReturn take(BufferRef buffer) override;
+  GstFlowReturn take(Ref<GstBuffer> buffer) override;
   void forget() override;
   void forget_poses();
   TrackMatch match_now() const {

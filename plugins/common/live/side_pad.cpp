@@ -136,7 +136,7 @@ SidePad& SidePad::of(GstPad* pad) {
 
 GstFlowReturn SidePad::chain(GstPad* pad, GstObject*, GstBuffer* buffer) {
   GST_CAT_LOG_OBJECT(category_of(pad), pad, "%" GST_PTR_FORMAT " comes", printed(buffer));
-  return of(pad).take(BufferRef(buffer));
+  return of(pad).take(Ref<GstBuffer>(buffer));
 }
 
 gboolean SidePad::event(GstPad* pad, GstObject*, GstEvent* event) {

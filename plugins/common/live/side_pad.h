@@ -46,7 +46,7 @@ class SidePad {
   ~SidePad() = default;
 
   // On the pad's thread, without the lock:
-  virtual GstFlowReturn take(BufferRef buffer) = 0;
+  virtual GstFlowReturn take(Ref<GstBuffer> buffer) = 0;
   /// A stream begins; the pad's thread is not in take().
   virtual void begin() {}
   /// Its last buffer has been taken.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// References on memories and buffers, and mapped memory, that end with their scope.
+/// Memory that is mapped for a scope.
 #pragma once
 
 #include <gst/gst.h>
@@ -12,17 +12,9 @@
 #include <utility>
 
 #include "base/error.h"
+#include "plugins/common/references.h"
 
 namespace polyhull::element {
-
-/// Gives a reference back.
-struct Unref {
-  void operator()(GstMemory* memory) const { gst_memory_unref(memory); }
-  void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
-  void operator()(gpointer object) const { gst_object_unref(object); }
-};
-using MemoryRef = std::unique_ptr<GstMemory, Unref>;
-using BufferRef = std::unique_ptr<GstBuffer, Unref>;
 
 /// A memory that stays mapped as long as this lives.
 class MappedMemory {
@@ -48,7 +40,7 @@ class MappedMemory {
   GstMemory* memory() const { return memory_.get(); }
 
  private:
-  MemoryRef memory_;
+  Ref<GstMemory> memory_;
   GstMapInfo map_{};
 };
 

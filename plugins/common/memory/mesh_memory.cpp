@@ -42,7 +42,7 @@ void unmap(GstMemory*) {}
 
 struct AllPixels {
   GstMemory memory;  // must be first
-  MemoryRef mesh;
+  Ref<GstMemory> mesh;
   std::once_flag once;
   std::vector<std::uint8_t> bytes;  // once somebody has asked for them
 

@@ -121,7 +121,7 @@ PixelSource MeshBuffer::pixels(std::size_t view) const {
 
 GstBuffer* make_mesh_buffer(Mesh mesh, std::span<const PixelSource> pixels) {
   g_autoptr(GstBuffer) buffer = gst_buffer_new();
-  std::vector<MemoryRef> kept;
+  std::vector<Ref<GstMemory>> kept;
   std::vector<GstMemory*> memories;  // null: a view without pixels
   for (std::size_t i = 0; i < mesh.views.size(); ++i) {
     GstMemory* memory =
@@ -135,7 +135,7 @@ GstBuffer* make_mesh_buffer(Mesh mesh, std::span<const PixelSource> pixels) {
   if (kept.size() >= gst_buffer_get_max_memory()) {
     gst_buffer_append_memory(buffer, make_all_pixels_memory(header));
   } else {
-    for (MemoryRef& memory : kept) gst_buffer_append_memory(buffer, memory.release());
+    for (Ref<GstMemory>& memory : kept) gst_buffer_append_memory(buffer, memory.release());
   }
   return g_steal_pointer(&buffer);
 }

@@ -44,7 +44,7 @@ class MappedBuffer {
   void join();
 
  private:
-  BufferRef buffer_;
+  Ref<GstBuffer> buffer_;
   std::vector<MappedMemory> maps_;
   std::vector<Bytes> segments_;
 };
@@ -81,7 +81,7 @@ class ViewWriter {
  private:
   GstBuffer* write_header(const View& view, GstBuffer* source) const;
 
-  std::unique_ptr<GstAllocator, Unref> allocator_{make_recycling_allocator()};
+  Ref<GstAllocator> allocator_{make_recycling_allocator()};
 };
 
 /// The mesh in a buffer: the object that it holds, or read from its bytes. The mesh and its views'
@@ -97,7 +97,7 @@ class MeshBuffer {
   PixelSource pixels(std::size_t view) const;
 
  private:
-  BufferRef buffer_;
+  Ref<GstBuffer> buffer_;
   std::optional<MappedBuffer> mapped_;
   Mesh decoded_;
   const Mesh* mesh_;

@@ -65,12 +65,12 @@ TlsIdentity::TlsIdentity(const std::string& certificate, const std::string& auth
                 authority, take_message(error));
 }
 
-GRef<GIOStream> TlsIdentity::connection(GType type, GIOStream* plain, const char* property,
-                                        gpointer value) const {
+Ref<GIOStream> TlsIdentity::connection(GType type, GIOStream* plain, const char* property,
+                                       gpointer value) const {
   GError* error = nullptr;
   // With the database from the start: without one all of the system's authorities are read for each
   // connection, which a flood of them would be paid for.
-  GRef<GIOStream> stream(static_cast<GIOStream*>(
+  Ref<GIOStream> stream(static_cast<GIOStream*>(
       g_initable_new(type, nullptr, &error, "base-io-stream", plain, "certificate",
                      certificate_.get(), "database", authority_.get(), property, value, nullptr)));
   if (stream == nullptr)
@@ -78,14 +78,14 @@ GRef<GIOStream> TlsIdentity::connection(GType type, GIOStream* plain, const char
   return stream;
 }
 
-GRef<GIOStream> TlsIdentity::client(GIOStream* plain, const std::string& name) const {
+Ref<GIOStream> TlsIdentity::client(GIOStream* plain, const std::string& name) const {
   g_autoptr(GSocketConnectable) identity = g_network_address_new(name.c_str(), 0);
   return connection(g_tls_backend_get_client_connection_type(g_tls_backend_get_default()), plain,
                     "server-identity", identity);
 }
 
-GRef<GIOStream> TlsIdentity::server(GIOStream* plain) const {
-  GRef<GIOStream> stream =
+Ref<GIOStream> TlsIdentity::server(GIOStream* plain) const {
+  Ref<GIOStream> stream =
       connection(g_tls_backend_get_server_connection_type(g_tls_backend_get_default()), plain,
                  nullptr, nullptr);
   // A server's connection accepts nobody by itself.

@@ -6,17 +6,12 @@
 
 #include <gio/gio.h>
 
-#include <memory>
 #include <string>
 #include <vector>
 
-namespace polyhull::element {
+#include "plugins/common/references.h"
 
-struct GUnref {
-  void operator()(gpointer object) const { g_object_unref(object); }
-};
-template <class T>
-using GRef = std::unique_ptr<T, GUnref>;
+namespace polyhull::element {
 
 /// Frees \p error and gives its sentence.
 std::string take_message(GError* error);
@@ -41,23 +36,23 @@ class TlsIdentity {
 
   /// \p plain as the client's end of a TLS connection to a server whose certificate is for \p name;
   /// the handshake is to be made. Throws Error.
-  GRef<GIOStream> client(GIOStream* plain, const std::string& name) const;
+  Ref<GIOStream> client(GIOStream* plain, const std::string& name) const;
 
   /// \p plain as the server's end, where the client must show a certificate. This must outlive it.
   /// Throws Error.
-  GRef<GIOStream> server(GIOStream* plain) const;
+  Ref<GIOStream> server(GIOStream* plain) const;
 
   /// Whether \p server refuses its client for its name, not for who has signed it.
   static bool has_other_name(GIOStream* server);
 
  private:
   /// \p property, with \p value, is one more of \p type; null: none.
-  GRef<GIOStream> connection(GType type, GIOStream* plain, const char* property,
-                             gpointer value) const;
+  Ref<GIOStream> connection(GType type, GIOStream* plain, const char* property,
+                            gpointer value) const;
   bool has_name(GTlsCertificate* client) const;
 
-  GRef<GTlsCertificate> certificate_;
-  GRef<GTlsDatabase> authority_;
+  Ref<GTlsCertificate> certificate_;
+  Ref<GTlsDatabase> authority_;
   std::vector<std::string> clients_;
 };
 

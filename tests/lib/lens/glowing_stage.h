@@ -12,9 +12,12 @@
 #include "render/lens/light_layers.h"
 #include "render/processor/processor_renderer.h"
 #include "studio/room/shapes.h"
+#include "support/picture_error.h"
 #include "synthetic.h"
 
 namespace polyhull::test {
+
+using synthetic::psnr;
 
 constexpr int width = 320, height = 180;
 
@@ -74,15 +77,6 @@ inline std::vector<TracedSubject> traced(const Hull& hull) {
     return paint(corner(0) + u * (corner(1) - corner(0)) + v * (corner(2) - corner(0)));
   };
   return {subject};
-}
-
-inline double psnr(const Picture& a, const Picture& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    const double d = static_cast<double>(a.pixels[i]) - b.pixels[i];
-    sum += d * d;
-  }
-  return 10.0 * std::log10(255.0 * 255.0 * 0.75 * static_cast<double>(a.pixels.size()) / sum);
 }
 
 /// The scene, sharp, and the layers that depth of field is made of.
