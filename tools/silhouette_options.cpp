@@ -134,7 +134,6 @@ void SilhouetteOptions::add_to(CommandLine& command) {
   command.option("--screen", &screen_, "Soft: sample of the screen, red green blue").expected(3);
   command.option("--foreground", &foreground_, "Soft: sample of the subject, red green blue")
       .expected(3);
-  command.flag("--uneven", &uneven_, "Without effect: the screen is always followed");
   command.option("--clip-black", &k.clip_black, "Alpha below this fraction is 0");
   command.option("--clip-white", &k.clip_white, "Alpha above this fraction is 255");
   command.option("--choke", &k.choke,

@@ -39,7 +39,6 @@ class SilhouetteOptions {
   SilhouetteSettings settings_;
   std::string key_ = "green";
   std::vector<int> roi_, screen_, foreground_;
-  bool uneven_ = false;  // without effect
   std::string inside_mask_, outside_mask_;
   bool uncorrected_ = false;
 };

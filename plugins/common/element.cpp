@@ -20,10 +20,7 @@ constexpr std::array<std::string_view, 16> bound{
     "scene-file"};
 bool left_out(GObjectClass* klass, const char* name) {
   GParamSpec* spec = g_object_class_find_property(klass, name);
-  // An old name sets the same as the new one, with a warning.
-  const char* blurb = spec != nullptr ? g_param_spec_get_blurb(spec) : nullptr;
   return (spec != nullptr && (spec->flags & G_PARAM_DEPRECATED) != 0) ||
-         (blurb != nullptr && g_str_has_prefix(blurb, "Deprecated:")) ||
          std::ranges::find(bound, std::string_view(name)) != bound.end();
 }
 

@@ -89,11 +89,6 @@ constexpr Property<S> table[] = {
                                         "How many stops the picture is exposed longer than the "
                                         "scene says, -10 to 10: 1 makes it twice as bright.",
                                         -10.0, 10.0),
-    property<&S::exposure_compensation>(
-        old_names[0].before, "Exposure compensation",
-        "Deprecated: the old name of exposure-compensation, as elsewhere an exposure is a factor "
-        "and no number of stops.",
-        -10.0, 10.0),
     property<&S::refinement>("refinement", "Refinement",
                              "When a view that stands still is traced towards the exact picture."),
     property<&S::samples>("samples", "Samples",
@@ -132,13 +127,6 @@ constexpr Property<S> table[] = {
 }  // namespace
 
 std::span<const Property<SceneSettings>> scene_properties() {
-  return table;
-}
-
-std::span<const Property<ViewportSettings>> old_viewport_properties() {
-  static constexpr Property<ViewportSettings> table[] = {property<&ViewportSettings::field_of_view>(
-      old_names[1].before, "Field of view",
-      "Deprecated: the old name of field-of-view, as composite calls it.", 1.0, 170.0)};
   return table;
 }
 

@@ -38,18 +38,8 @@ struct SceneSettings : ViewportSettings {
   bool live = false;
 };
 
-/// What properties were called; still accepted, with a warning.
-struct OldName {
-  const char* before;
-  const char* now;
-};
-inline constexpr OldName old_names[] = {{"exposure", "exposure-compensation"},
-                                        {"fov", "field-of-view"}};
-
 /// One row per property of SceneSettings that is not the viewport's.
 std::span<const Property<SceneSettings>> scene_properties();
-/// The old names among the viewport's.
-std::span<const Property<ViewportSettings>> old_viewport_properties();
 
 /// The viewport at stream time \p seconds, for a picture of \p width x \p height square pixels: that of
 /// the tracked camera where \p tracked tells it, else that of \p keys (null: none). Throws Error when the settings or it make none (eye =

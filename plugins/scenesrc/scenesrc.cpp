@@ -9,9 +9,6 @@
 #include <gst/base/gstpushsrc.h>
 #include <gst/video/video.h>
 
-#include <array>
-#include <mutex>
-
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "plugins/common/camera/camera_track.h"
@@ -48,15 +45,6 @@ struct SceneSrc : FrameSource {
   void property_set(gpointer object, std::string_view name) {
     if (name == "is-live")
       gst_base_src_set_live(GST_BASE_SRC(object), snapshot(object, settings).live);
-    static std::array<std::once_flag, std::size(old_names)> said;  // a controller sets often
-    for (std::size_t i = 0; i < said.size(); ++i)
-      if (name == old_names[i].before)
-        std::call_once(said[i], [i] {
-          g_warning(
-              "The property %s of scenesrc is deprecated: it is called %s now, with the same "
-              "values. Use that name.",
-              old_names[i].before, old_names[i].now);
-        });
   }
   /// Reads the scene.
   void open(GstElement* element) {
@@ -234,7 +222,6 @@ gboolean unlock_stop(GstBaseSrc* source) {
 void SceneSrc::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(scenesrc_debug, "scenesrc", 0, "lit synthetic scene");
   add_properties<SceneSrc>(klass, viewport_properties(), &SceneSrc::settings);
-  add_properties<SceneSrc>(klass, old_viewport_properties(), &SceneSrc::settings);
   add_properties<SceneSrc>(klass, scene_properties(), &SceneSrc::settings);
   add_statistics<SceneSrc>(
       klass,

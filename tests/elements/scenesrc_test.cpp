@@ -385,21 +385,6 @@ GST_START_TEST(live_properties_act_on_the_next_frame) {
 }
 GST_END_TEST;
 
-GST_START_TEST(old_names_are_accepted_with_a_warning) {
-  GstElement* source = gst_element_factory_make("scenesrc", nullptr);
-  ASSERT_WARNING(g_object_set(source, "exposure", 1.5, nullptr));
-  gdouble stops = 0.0;
-  g_object_get(source, "exposure-compensation", &stops, nullptr);
-  fail_unless_equals_float(stops, 1.5);
-  ASSERT_WARNING(g_object_set(source, "fov", 33.0, nullptr));
-  g_object_set(source, "fov", 34.0, nullptr);  // once is enough: a second one would be fatal here
-  gdouble degrees = 0.0;
-  g_object_get(source, "field-of-view", &degrees, nullptr);
-  fail_unless_equals_float(degrees, 34.0);
-  gst_object_unref(source);
-}
-GST_END_TEST;
-
 GST_START_TEST(controllers_drive_the_viewport) {
   Log log;
   GstElement* pipeline = start(line_of("num-buffers=3"), log);
@@ -683,7 +668,6 @@ static Suite* scenesrc_suite() {
   tcase_add_test(tests, light_is_kept_from_one_run_to_the_next);
   tcase_add_test(tests, live_light_is_coarse_and_then_exact);
   tcase_add_test(tests, live_properties_act_on_the_next_frame);
-  tcase_add_test(tests, old_names_are_accepted_with_a_warning);
   tcase_add_test(tests, controllers_drive_the_viewport);
   tcase_add_test(tests, key_frames_move_the_viewport);
   tcase_add_test(tests, key_frames_are_live);

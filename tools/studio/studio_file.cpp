@@ -117,9 +117,7 @@ void update(GstElement* element, Json& entry, const Json* stronger,
 // Properties whose changes are not somebody's settings: old names of others, by which these are saved,
 // and what sources change by themselves when they know their format.
 bool is_not_of_people(GParamSpec* spec) {
-  const char* blurb = g_param_spec_get_blurb(spec);
-  return std::string_view(spec->name) == "blocksize" || (spec->flags & G_PARAM_DEPRECATED) ||
-         (blurb && g_str_has_prefix(blurb, "Deprecated:"));
+  return std::string_view(spec->name) == "blocksize" || (spec->flags & G_PARAM_DEPRECATED);
 }
 
 // Objects of objects of properties' values.

@@ -29,7 +29,6 @@ struct KeyValues {
   int roi_height = 0;
   int screen_colour = -1;
   int foreground_colour = -1;
-  bool uneven = false;  ///< of no effect: what the screen's light does is always followed
   int resample = 0;
   double clip_black = KeySettings{}.clip_black;
   double clip_white = KeySettings{}.clip_white;

@@ -15,9 +15,8 @@ struct KernelChoice {
   std::string complaint;  ///< for people; empty: it is what was asked for
 };
 
-/// The set that \p wanted names (plain, baseline, avx2 or avx512; v3 and v4 are old names of the
-/// last two); the best of this machine where it is null or empty, and with a complaint where there
-/// is no such set, or not on this machine.
+/// The set that \p wanted names (plain, baseline, avx2 or avx512); the best of this machine where it is
+/// null or empty, and with a complaint where there is no such set, or not on this machine.
 KernelChoice choose_kernels(const char* wanted);
 
 }  // namespace polyhull::silhouette

@@ -45,15 +45,11 @@ KernelChoice choose_kernels(const char* wanted) {
   if (name.empty()) return {best_kernels(), ""};
   if (name == "plain") return {plain_kernels(), ""};
 #if defined(__x86_64__)
-  // v3 and v4 are what avx2 and avx512 were called.
-  const bool avx512 = name == "avx512" || name == "v4", avx2 = name == "avx2" || name == "v3";
   if (name == "baseline") return {baseline_kernels(), ""};
-  if (avx2 && has_avx2()) return {avx2_kernels(), ""};
-  if (avx512 && has_avx512()) return {avx512_kernels(), ""};
-  const bool known = avx2 || avx512;
-#else
-  const bool known = name == "baseline" || name == "avx2" || name == "avx512";
+  if (name == "avx2" && has_avx2()) return {avx2_kernels(), ""};
+  if (name == "avx512" && has_avx512()) return {avx512_kernels(), ""};
 #endif
+  const bool known = name == "baseline" || name == "avx2" || name == "avx512";
   const Kernels& best = best_kernels();
   return {
       best,

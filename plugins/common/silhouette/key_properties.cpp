@@ -102,10 +102,6 @@ constexpr std::array table{
                                     "Colour of the subject near its edge, 0xRRGGBB, for "
                                     "method=soft. -1 samples it from the picture.",
                                     -1, 0xffffff),
-    property<&S::uneven>(
-        "uneven", "Uneven screen",
-        "Deprecated, without effect: method=soft always follows the screen's colour "
-        "over the picture."),
     property<&S::resample>("resample", "Sample again",
                            "Frames, from 0 to 100000, after which screen and foreground are "
                            "sampled from the picture again, for cameras and lamps that change. 0 "

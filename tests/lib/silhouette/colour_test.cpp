@@ -265,7 +265,7 @@ TEST(ChooseKernels, SaysWhatPolyhullIsaTakes) {
   EXPECT_EQ(silhouette::choose_kernels("plain").kernels.name, std::string("plain"));
   for (const char* quiet : {static_cast<const char*>(nullptr), "", "plain"})
     EXPECT_EQ(silhouette::choose_kernels(quiet).complaint, "");
-  for (const char* name : {"avx3", "PLAIN", "none"}) {
+  for (const char* name : {"v3", "PLAIN", "none"}) {
     const silhouette::KernelChoice choice = silhouette::choose_kernels(name);
     EXPECT_EQ(choice.kernels.name, best);
     for (const std::string& word : {std::string(name), std::string("POLYHULL_ISA"),
@@ -273,12 +273,10 @@ TEST(ChooseKernels, SaysWhatPolyhullIsaTakes) {
       EXPECT_NE(choice.complaint.find(word), std::string::npos) << choice.complaint;
   }
 #if defined(__x86_64__)
-  // The sets' old names, too; a set that the machine lacks is said.
+  // A set that the machine lacks is said.
   for (const auto& [name, set, there] : {std::tuple("baseline", "baseline", true),
                                          {"avx2", "avx2", has_avx2()},
-                                         {"v3", "avx2", has_avx2()},
-                                         {"avx512", "avx512", has_avx512()},
-                                         {"v4", "avx512", has_avx512()}}) {
+                                         {"avx512", "avx512", has_avx512()}}) {
     const silhouette::KernelChoice choice = silhouette::choose_kernels(name);
     EXPECT_EQ(choice.kernels.name, there ? std::string(set) : best);
     EXPECT_EQ(choice.complaint.find("this machine does not have") != std::string::npos, !there);
