@@ -3,7 +3,9 @@
 # Tests everything, from a bare Debian 12 on: installs what is missing, builds, runs all tests, then the
 # library and element tests again with libraries and elements that the address and undefined-behaviour
 # sanitizers watch, assertions on. Ends with a line "N passed, N failed, N skipped"; what was skipped
-# inside programs that passed is told before.
+# inside programs that passed is told before. Left out are hull_cgal and refine_crossings, references by CGAL
+# that take minutes to compile (configure build-release with -Dbenchmarks=true), and what skips without
+# Blender (outside-renderer, a case of polyhull-take) or COLMAP (a case of colmap), which are not installed.
 #   tests/run.sh [--quick | --long]
 #     --quick   only the tests nearest to what the working tree changes, for at most two minutes
 #     --long    with all cases: soaks, all random scenes, all random settings, network minutes

@@ -26,7 +26,7 @@ struct ScenePlanes;   // view/scene_planes.h
 /// light's middle alone.
 enum class ShadowQuality { off, hard, fast, good, best };
 
-/// How the subjects' image in the scene's largest planar mirror is drawn.
+/// How the subjects' image is drawn in the scene's planar mirror in which it is largest.
 enum class MirrorMode {
   off,
   fresnel,  ///< by the material: the subject takes the place of what the mirror showed

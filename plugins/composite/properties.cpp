@@ -122,9 +122,9 @@ std::span<const Property<CompositeSettings>> composite_properties() {
       property<&S::shadow>("shadow", "Shadow",
                            "How exactly the subject's shadow of the scene's main light is drawn. "
                            "How soft it is depends on the size of that light in the scene."),
-      property<&S::mirror>(
-          "mirror", "Mirror",
-          "How the subject's image in the scene's largest planar mirror is drawn."),
+      property<&S::mirror>("mirror", "Mirror",
+                           "How the subject's image in a planar mirror of the scene is drawn: the "
+                           "mirror in which it is largest."),
       property<&S::reflection_alpha>("reflection-alpha", "Reflection alpha",
                                      "Share of the mirror image in mirror=plain (0 to 1).", 0, 1),
       property<&S::alpha>("alpha", "Alpha",

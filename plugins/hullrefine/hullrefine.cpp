@@ -72,11 +72,11 @@ struct HullRefine {
 void report(HullRefine& self, const RefineStatistics& done) {
   self.statistics.count("meshes");
   if (done.reused) self.statistics.count("surfaces-reused");
-  self.statistics.set("parts", done.parts);
-  self.statistics.set("rays", done.rays);
-  self.statistics.set("thin-rays", done.thin_rays);
-  self.statistics.set("pieces-dropped", done.pieces_dropped);
-  self.statistics.set("nodes", static_cast<double>(done.nodes));
+  self.statistics.set_count("parts", done.parts);
+  self.statistics.set_count("rays", done.rays);
+  self.statistics.set_count("thin-rays", done.thin_rays);
+  self.statistics.set_count("pieces-dropped", done.pieces_dropped);
+  self.statistics.set_count("nodes", done.nodes);
   self.statistics.set("distances-ms", 1e3 * done.seconds_distances);
   self.statistics.set("rays-ms", 1e3 * done.seconds_rays);
   self.statistics.set("flow-ms", 1e3 * done.seconds_flow);

@@ -80,10 +80,11 @@ inline void check_statistic_types(GstElement* element) {
   g_object_get(element, "stats", &stats, nullptr);
   for (gint i = 0; i < gst_structure_n_fields(stats); ++i) {
     const std::string name = gst_structure_nth_field_name(stats, static_cast<guint>(i));
-    const bool figure = name.ends_with("-ms") || name.ends_with("-us") || name.ends_with("-px") ||
-                        name.ends_with("-mm") || name.ends_with("-psnr") || name == "tolerance" ||
-                        name == "threads-used" || name == "screen-signal" ||
-                        name == "foreground-signal";
+    bool figure = name.ends_with("-signal") || name.starts_with("memory-error") ||
+                  name == "memory-trust" || name == "score" || name == "threads-used" ||
+                  name == "tolerance";
+    for (const char* unit : {"-ms-", "-us-", "-px-", "-mm-", "-psnr-", "-percent-"})
+      figure = figure || (name + "-").find(unit) != std::string::npos;
     const GType type = gst_structure_get_field_type(stats, name.c_str());
     fail_unless(type == (figure ? G_TYPE_DOUBLE : G_TYPE_UINT64), "stats has %s as %s",
                 name.c_str(), g_type_name(type));

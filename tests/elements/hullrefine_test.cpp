@@ -119,7 +119,7 @@ GST_START_TEST(puts_the_surface_in_the_hulls_place) {
   fail_unless_equals_int(static_cast<int>(out.views.size()), cameras);
   fail_unless(out.views[1].view.contours == subject().views[1].view.contours);
   fail_unless(test::statistic(bench.element, "meshes") == 1);
-  fail_unless(test::figure(bench.element, "rays") > 100);
+  fail_unless(test::statistic(bench.element, "rays") > 100);
 }
 GST_END_TEST
 
