@@ -36,9 +36,9 @@ namespace polyhull {
 /// How hulls are textured; see Texturing.
 struct TextureSettings {
   TextureMethod method = TextureMethod::blend;
-  TextureMetric metric = TextureMetric::camera_normal;
+  TextureMetric metric = TextureMetric::lumigraph;
   std::uint32_t cameras = 2;
-  Vec3f untextured{0.5f};                   ///< sRGB, 0..1
+  Vec3f untextured{128.0f / 255.0f};        ///< sRGB, 0..1
   TextureFill fill = TextureFill::inpaint;  ///< for FillColours, which has the pictures
   bool balance = false;                     ///< Texturing::gains from the pictures: ColourBalance
   double balance_time = 4.0;                ///< of it, seconds

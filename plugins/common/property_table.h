@@ -19,6 +19,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/vector.h"
 #include "plugins/common/enums.h"
 #include "plugins/common/object_lock.h"
 
@@ -172,6 +173,53 @@ constexpr auto property(const char* name, const char* nick, const char* blurb, d
       [](const Settings& settings, GValue* value) {
         detail::write_value<T>(settings.*Member, value);
       }};
+}
+
+/// Off and on, for a bool whose property is typed so.
+enum class Switch { off, on };
+
+/// How a member of another type is shown, and taken from what is shown: a bool as a Switch, a colour
+/// (0..1) as big-endian ARGB, whose alpha is not used.
+inline Switch shown(bool on) {
+  return on ? Switch::on : Switch::off;
+}
+inline void take(bool& on, Switch value) {
+  on = value == Switch::on;
+}
+inline std::uint32_t shown(const Vec3f& colour) {
+  std::uint32_t argb = 0xff;
+  for (int c = 0; c < 3; ++c)
+    argb = argb << 8 | static_cast<std::uint32_t>(std::lround(255.0f * colour[c]));
+  return argb;
+}
+inline void take(Vec3f& colour, std::uint32_t argb) {
+  colour = Vec3f(argb >> 16 & 0xff, argb >> 8 & 0xff, argb & 0xff) / 255.0f;
+}
+
+/// As property(), of the type that shown() makes of the member.
+template <auto Member>
+constexpr auto shown_property(const char* name, const char* nick, const char* blurb,
+                              double minimum = 0.0, double maximum = 0.0) {
+  using Settings = typename detail::MemberOf<Member>::Settings;
+  using T = decltype(shown(Settings{}.*Member));
+  return Property<Settings>{name,
+                            nick,
+                            blurb,
+                            minimum,
+                            maximum,
+                            Change::live,
+                            [](const Property<Settings>& p) {
+                              return detail::make_spec<T>(p, shown(Settings{}.*Member));
+                            },
+                            [](Settings& settings, const GValue* value) {
+                              T given{};
+                              detail::read_value(given, value);
+                              take(settings.*Member, given);
+                              return true;
+                            },
+                            [](const Settings& settings, GValue* value) {
+                              detail::write_value(shown(settings.*Member), value);
+                            }};
 }
 
 /// A copy of \p table in which the property \p from is called \p to; the name must be a literal.

@@ -49,11 +49,9 @@ GType enum_type<TextureFill>() {
         "inpaint"}});
 }
 
-enum class Switch { off, on };
-
 template <>
 GType enum_type<Switch>() {
-  return register_enum<Switch>("PolyhullTextureSwitch",
+  return register_enum<Switch>("PolyhullSwitch",
                                {{Switch::off, "Off", "off"}, {Switch::on, "On", "on"}});
 }
 
@@ -72,75 +70,56 @@ namespace {
 using namespace polyhull;
 using namespace polyhull::element;
 
-struct Settings {
-  TextureMethod method = TextureMethod::blend;
-  TextureMetric metric = TextureMetric::lumigraph;
-  std::uint32_t cameras = 2;
-  bool occlusion = true;
-  std::uint32_t untextured = 0xff808080u;  // ARGB, as GStreamer's colour properties
-  TextureFill fill = TextureSettings{}.fill;
-  Switch balance = Switch::off;
-  double balance_time = TextureSettings{}.balance_time;
-  double fade_width = TextureSettings{}.fade_width;
-  int map_size = TextureSettings{}.map_size;
-  std::uint32_t threads = 0;
-  TextureAlign align = TextureSettings{}.align;
-  Switch memory = Switch::off;
-  double memory_time = TextureSettings{}.memory_time;
-};
+using S = TextureSettings;
 
-const Property<Settings> table[] = {
-    property<&Settings::method>("method", "Method", "How the cameras' pictures are put together."),
-    property<&Settings::metric>("metric", "Metric",
-                                "By what a blend prefers one camera to another."),
-    property<&Settings::cameras>("cameras", "Cameras",
-                                 "How many cameras are blended at each point (1 to 64): the best "
-                                 "ones.",
-                                 1, 64),
-    property<&Settings::occlusion>("occlusion", "Occlusion",
-                                   "Whether a camera colours only what it sees. Without, a camera "
-                                   "also colours what lies hidden behind something else; faster."),
-    property<&Settings::untextured>("untextured", "Untextured colour",
-                                    "The colour of what no camera sees with fill=grey, as "
-                                    "big-endian ARGB (0 to 0xffffffff; alpha is not used).",
-                                    0, 4294967295.0),
-    property<&Settings::fill>("fill", "Fill", "What colours the surface where no camera sees it."),
-    property<&Settings::balance>(
-        "balance", "Balance",
-        "Whether the cameras' gains are found by which their colours agree "
-        "where several see the same place."),
-    property<&Settings::balance_time>(
-        "balance-time", "Balance time",
-        "Over how many seconds gains follow the cameras (0 to 3600); 0 "
-        "finds them anew in every mesh.",
-        0, 3600),
-    property<&Settings::fade_width>("fade-width", "Fade width",
-                                    "Over how many pixels of a camera its share rises from none at "
-                                    "the rim of what it sees to all (0 to 200).",
-                                    0, 200),
-    property<&Settings::map_size>(
+const Property<S> table[] = {
+    property<&S::method>("method", "Method", "How the cameras' pictures are put together."),
+    property<&S::metric>("metric", "Metric", "By what a blend prefers one camera to another."),
+    property<&S::cameras>("cameras", "Cameras",
+                          "How many cameras are blended at each point (1 to 64): the best "
+                          "ones.",
+                          1, 64),
+    property<&S::occlusion>("occlusion", "Occlusion",
+                            "Whether a camera colours only what it sees. Without, a camera "
+                            "also colours what lies hidden behind something else; faster."),
+    shown_property<&S::untextured>("untextured", "Untextured colour",
+                                   "The colour of what no camera sees with fill=grey, as "
+                                   "big-endian ARGB (0 to 0xffffffff; alpha is not used).",
+                                   0, 4294967295.0),
+    property<&S::fill>("fill", "Fill", "What colours the surface where no camera sees it."),
+    shown_property<&S::balance>("balance", "Balance",
+                                "Whether the cameras' gains are found by which their colours agree "
+                                "where several see the same place."),
+    property<&S::balance_time>("balance-time", "Balance time",
+                               "Over how many seconds gains follow the cameras (0 to 3600); 0 "
+                               "finds them anew in every mesh.",
+                               0, 3600),
+    property<&S::fade_width>("fade-width", "Fade width",
+                             "Over how many pixels of a camera its share rises from none at "
+                             "the rim of what it sees to all (0 to 200).",
+                             0, 200),
+    property<&S::map_size>(
         "map-size", "Map size",
         "Texels of the longer side of the map of what a camera sees (16 to 2048): more draw the "
         "rims of what hides finer, and cost time.",
         16, 2048),
-    property<&Settings::threads>("threads", "Threads",
-                                 "How many threads of the pool that all elements share may work (1 "
-                                 "to 256); 0 means all of them.",
-                                 0, 256),
-    property<&Settings::align>("align", "Align",
-                               "Whether the cameras' pictures are moved onto each other where they "
-                               "disagree. Acts on a blend with occlusion."),
-    property<&Settings::memory>(
+    property<&S::threads>("threads", "Threads",
+                          "How many threads of the pool that all elements share may work (1 "
+                          "to 256); 0 means all of them.",
+                          0, 256),
+    property<&S::align>("align", "Align",
+                        "Whether the cameras' pictures are moved onto each other where they "
+                        "disagree. Acts on a blend with occlusion."),
+    shown_property<&S::memory>(
         "memory", "Memory",
         "Whether what no camera sees takes the colours that were seen there "
         "earlier, carried along by the surface's motion. Not with fill=grey."),
-    property<&Settings::memory_time>(
-        "memory-time", "Memory time",
-        "After how many seconds unseen a remembered colour counts half "
-        "(0 to 86400); 0 remembers nothing.",
-        0, 86400),
+    property<&S::memory_time>("memory-time", "Memory time",
+                              "After how many seconds unseen a remembered colour counts half "
+                              "(0 to 86400); 0 remembers nothing.",
+                              0, 86400),
 };
-constexpr std::span<const Property<Settings>> properties(table);
+constexpr std::span<const Property<S>> properties(table);
 
 struct HullTexture {
   static constexpr char type_name[] = "PolyhullHullTexture";
@@ -153,30 +132,10 @@ struct HullTexture {
     set_up_mesh_transform(object);
   }
 
-  Settings settings;  // under the object lock
+  TextureSettings settings;  // under the object lock
   Statistics statistics{"hulltexture-stats"};
   std::unique_ptr<MeshTexturer> texturer;  // of the streaming thread
 };
-
-TextureSettings to_texture_settings(const Settings& settings) {
-  TextureSettings out;
-  out.method = settings.method;
-  out.metric = settings.metric;
-  out.cameras = settings.cameras;
-  out.occlusion = settings.occlusion;
-  const std::uint32_t c = settings.untextured;
-  out.untextured = Vec3f(c >> 16 & 0xff, c >> 8 & 0xff, c & 0xff) / 255.0f;
-  out.fill = settings.fill;
-  out.balance = settings.balance == Switch::on;
-  out.balance_time = settings.balance_time;
-  out.fade_width = settings.fade_width;
-  out.map_size = settings.map_size;
-  out.threads = static_cast<int>(settings.threads);
-  out.align = settings.align;
-  out.memory = settings.memory == Switch::on;
-  out.memory_time = settings.memory_time;
-  return out;
-}
 
 void report(HullTexture& self, const TextureStatistics& times) {
   self.statistics.count("meshes");
@@ -197,9 +156,9 @@ void report(HullTexture& self, const MemoryStatistics& memory) {
 
 bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
   HullTexture& self = state_of<HullTexture>(transform);
-  const Settings settings = snapshot(transform, self.settings);
+  const TextureSettings settings = snapshot(transform, self.settings);
   const LoopWatch loops;
-  self.texturer->texture(mesh, to_texture_settings(settings));
+  self.texturer->texture(mesh, settings);
   self.statistics.set("threads-used", loops.threads());
   report(self, self.texturer->statistics());
   if (self.texturer->statistics().reused)

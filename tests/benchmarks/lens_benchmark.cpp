@@ -110,7 +110,8 @@ int main(int argc, char** argv) {
       synthetic::figure(24), synthetic::ring(4, 3.2, 1.5, {0, 1, 0}, 512, 512, 60.0));
   std::vector<Camera> cameras;
   for (const MeshView& view : figure.mesh.views) cameras.push_back(view.calibration);
-  figure.mesh.texturing = texture_hull(figure.mesh.hull, cameras);
+  figure.mesh.texturing =
+      texture_hull(figure.mesh.hull, cameras, {.metric = TextureMetric::camera_normal});
   const auto scene = std::make_shared<const Scene>(room_scene());
   Picture before{width, height, 4,
                  std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height * 4)};

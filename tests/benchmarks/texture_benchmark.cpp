@@ -23,7 +23,7 @@ Times measure(const Hull& hull, std::span<const Camera> cameras, int threads, in
   HullTexturer texturer;
   std::vector<double> wall, processor, visibility, weights;
   for (int round = -2; round < rounds; ++round) {
-    TextureSettings settings;
+    TextureSettings settings{.metric = TextureMetric::camera_normal};
     settings.threads = threads;
     settings.fade_width += 1e-6 * round;  // so that nothing is reused
     const double wall_before = now(CLOCK_MONOTONIC), before = now(CLOCK_PROCESS_CPUTIME_ID);

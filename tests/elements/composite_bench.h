@@ -31,7 +31,8 @@ inline const synthetic::Photographed& subject() {
         synthetic::figure(8), synthetic::ring(3, 3.2, 1.5, {0, 1, 0}, 128, 128, 60.0));
     std::vector<Camera> cameras;
     for (const MeshView& view : out.mesh.views) cameras.push_back(view.calibration);
-    out.mesh.texturing = texture_hull(out.mesh.hull, cameras);
+    out.mesh.texturing =
+        texture_hull(out.mesh.hull, cameras, {.metric = TextureMetric::camera_normal});
     return out;
   }();
   return made;

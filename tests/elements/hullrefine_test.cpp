@@ -169,7 +169,7 @@ GST_START_TEST(a_texturing_of_the_hull_does_not_stay) {
   Mesh textured = subject();
   std::vector<Camera> all;
   for (const MeshView& view : textured.views) all.push_back(view.calibration);
-  textured.texturing = texture_hull(textured.hull, all);
+  textured.texturing = texture_hull(textured.hull, all, {.metric = TextureMetric::camera_normal});
   Bench bench;
   fail_if(bench.refine(textured).texturing.has_value());
 }

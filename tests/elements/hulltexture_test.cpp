@@ -37,13 +37,6 @@ GstHarness* harness(const char* launch = "hulltexture") {
   return h;
 }
 
-/// What the element does if nobody says anything.
-TextureSettings by_default() {
-  TextureSettings settings;
-  settings.metric = TextureMetric::lumigraph;
-  return settings;
-}
-
 /// A mesh read from a buffer with the memory that its pixels borrow from.
 struct Read {
   explicit Read(GstBuffer* buffer) : buffer(buffer) {
@@ -98,7 +91,7 @@ GST_START_TEST(adds_what_the_library_computes) {
   fail_unless(out.mesh.texturing.has_value());
   std::vector<Camera> cameras;
   for (const MeshView& view : subject().mesh.views) cameras.push_back(view.calibration);
-  const Texturing expected = texture_hull(subject().mesh.hull, cameras, by_default());
+  const Texturing expected = texture_hull(subject().mesh.hull, cameras);
   fail_unless(out.mesh.texturing->metric == TextureMetric::lumigraph);
   fail_unless(out.mesh.texturing->visible == expected.visible);
   fail_unless(out.mesh.texturing->best == expected.best);
@@ -149,7 +142,7 @@ GST_START_TEST(properties_reach_the_mesh) {
   Read shaped(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
   std::vector<Camera> cameras;
   for (const MeshView& view : subject().mesh.views) cameras.push_back(view.calibration);
-  TextureSettings settings = by_default();
+  TextureSettings settings;
   settings.fade_width = 40;
   settings.map_size = 100;
   settings.cameras = 3;
@@ -168,7 +161,7 @@ GST_START_TEST(what_is_unseen_is_filled) {
   const TextureFill fills[] = {TextureFill::inpaint, TextureFill::nearest, TextureFill::grey};
   for (int i = 0; i < 3; ++i) {
     GstHarness* h = harness(launches[i]);
-    TextureSettings settings = by_default();
+    TextureSettings settings;
     settings.fill = fills[i];
     for (const int darker : {0, 60}) {
       synthetic::Photographed sent = subject();
@@ -215,7 +208,7 @@ struct Darker {
 // Gains are the library's, follow slowly, and begin anew with a flush.
 GST_START_TEST(cameras_are_balanced) {
   GstHarness* h = harness("hulltexture balance=on balance-time=2");
-  TextureSettings settings = by_default();
+  TextureSettings settings;
   settings.balance = true;
   settings.balance_time = 2.0;
   MeshTexturer expected;
@@ -251,7 +244,7 @@ GST_END_TEST
 // The element's memory is the library's, over one flush to the next; off, there is none.
 GST_START_TEST(colours_are_remembered) {
   GstHarness* h = harness("hulltexture memory=on memory-time=30");
-  TextureSettings settings = by_default();
+  TextureSettings settings;
   settings.memory = true;
   settings.memory_time = 30.0;
   MeshTexturer expected;
@@ -277,7 +270,7 @@ GST_START_TEST(colours_are_remembered) {
     expected.texture(seen.mesh, settings);
     Read out(gst_harness_push_and_pull(h, buffer_of(plain)));
     fail_unless(out.mesh.texturing->fill == seen.mesh.texturing->fill, "at %d", n);
-    texture_mesh(plain, by_default());
+    texture_mesh(plain);
     differs = differs || out.mesh.texturing->fill != plain.texturing->fill;
     return test::statistic(element, "memory-points");
   };

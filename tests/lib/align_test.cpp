@@ -161,7 +161,7 @@ TEST(AlignTest, ThreadsChangeNothing) {
 
 TEST(AlignTest, DirectAndUnoccludedTexturesHaveNone) {
   Wall wall({3.0, -2.0});
-  TextureSettings settings;
+  TextureSettings settings{.metric = TextureMetric::camera_normal};
   settings.align = TextureAlign::flow;
   settings.method = TextureMethod::direct;
   texture_mesh(wall.mesh(), settings);

@@ -81,7 +81,7 @@ struct Stage {
 
 Mesh textured(const Stage& stage, bool balance) {
   Mesh mesh = stage.mesh();
-  TextureSettings settings;
+  TextureSettings settings{.metric = TextureMetric::camera_normal};
   settings.balance = balance;
   texture_mesh(mesh, settings);
   return mesh;
@@ -150,7 +150,7 @@ class Ring {
                                     synthetic::ring(cameras, 2.5, 1.2, {0, 1, 0}, 160, 160, 25.0));
     for (const MeshView& view : made_.mesh.views) cameras_.push_back(view.calibration);
     original_ = made_.pictures;
-    texturing_ = texture_hull(ball_, cameras_);
+    texturing_ = texture_hull(ball_, cameras_, {.metric = TextureMetric::camera_normal});
   }
   /// The light of camera \p k times \p gain.
   void set(std::size_t k, const Vec3f& gain) {
@@ -174,7 +174,9 @@ class Ring {
       names.push_back(cameras_[k].name);
     }
     const Texturing texturing =
-        cameras.size() == size() ? texturing_ : texture_hull(ball_, cameras);
+        cameras.size() == size()
+            ? texturing_
+            : texture_hull(ball_, cameras, {.metric = TextureMetric::camera_normal});
     return balance.update(ball_, {cameras, pictures, texturing, threads}, names, time, constant);
   }
 

@@ -72,7 +72,7 @@ class Stage {
       mesh.views.push_back(std::move(view));
     }
     Mesh plain = mesh;
-    TextureSettings settings;
+    TextureSettings settings{.metric = TextureMetric::camera_normal};
     settings.threads = threads;
     without_.texture(plain, settings);
     settings.memory = true;

@@ -117,7 +117,7 @@ TEST_P(CompositorCamerasTest, AnyNumberOfThemIsBlended) {
     for (const std::uint32_t best : {1u, 2u, 4u, 6u, 64u}) {
       if (static_cast<int>(best) > count && best != 64u) continue;
       if (count == 64 && best < 4) continue;  // the best change within a triangle
-      TextureSettings settings;
+      TextureSettings settings{.metric = TextureMetric::camera_normal};
       settings.occlusion = false;
       settings.cameras = best;
       // Not all of one height: no three of them are alike anywhere but by chance.
@@ -176,7 +176,7 @@ TEST_P(CompositorCamerasTest, ABetterOneThatSeesNothingGivesWay) {
   synthetic::add_box(hull, {-0.1f, 0.4f, 0.8f}, {0.1f, 1.6f, 0.84f});
   synthetic::Photographed photographed = synthetic::photographed(hull, cameras);
   paint_plain(photographed);
-  TextureSettings settings;
+  TextureSettings settings{.metric = TextureMetric::camera_normal};
   settings.fill = TextureFill::grey;
   photographed.mesh.texturing = texture_hull(hull, cameras, settings);
   const synthetic::Shot shot = Drawer().from(

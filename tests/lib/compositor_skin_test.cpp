@@ -30,7 +30,8 @@ struct PaintedWall {
     Hull wall;
     synthetic::add_box(wall, {-0.6f, 0.4f, -0.04f}, {0.6f, 1.6f, 0.0f});
     photographed = synthetic::photographed(wall, cameras);
-    photographed.mesh.texturing = texture_hull(wall, cameras);
+    photographed.mesh.texturing =
+        texture_hull(wall, cameras, {.metric = TextureMetric::camera_normal});
   }
   /// The first view's picture becomes red, the second's green.
   void show_views_as_primaries() {
@@ -307,7 +308,7 @@ TEST_P(CompositorSkinTest, TheBetterViewPrevailsBySquares) {
 
 // Each triangle shows the one view that is best for it.
 TEST_P(CompositorSkinTest, DirectShowsOneViewPerTriangle) {
-  TextureSettings settings;
+  TextureSettings settings{.metric = TextureMetric::camera_normal};
   settings.method = TextureMethod::direct;
   const FourColours ball(settings);
   Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), ball.photographed.mesh,

@@ -297,7 +297,7 @@ TEST_P(CompositorTest, OnlyUsedPicturesAreUploaded) {
       synthetic::photographed(ball, synthetic::ring(4, 3.2, 1.0, {0, 1, 0}, 128, 128, 45.0));
   std::vector<Camera> cameras;
   for (const MeshView& view : stage.subject.mesh.views) cameras.push_back(view.calibration);
-  TextureSettings direct;
+  TextureSettings direct{.metric = TextureMetric::camera_normal};
   direct.method = TextureMethod::direct;
   stage.subject.mesh.texturing = texture_hull(ball, cameras, direct);
   stage.frame.viewport = synthetic::look_at({0, 1.0, 2.0}, {0.0, 1.0, 0.0}, 320, 180, 50.0);

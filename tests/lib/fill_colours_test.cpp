@@ -38,7 +38,7 @@ class Stage {
   }
   Mesh& mesh() { return photographed_.mesh; }
   const std::vector<std::uint32_t>& fill(TextureFill how, int threads = 0) {
-    TextureSettings settings;
+    TextureSettings settings{.metric = TextureMetric::camera_normal};
     settings.fill = how;
     settings.threads = threads;
     texture_mesh(mesh(), settings);
@@ -180,7 +180,7 @@ TEST(FillColoursTest, TheColoursAreThisInstants) {
   MeshTexturer texturer;
   for (const float value : {40.0f, 180.0f}) {
     Stage stage(ball(12), front(), [&](std::size_t, int, int) { return Vec3f(value); });
-    texturer.texture(stage.mesh(), {});
+    texturer.texture(stage.mesh(), {.metric = TextureMetric::camera_normal});
     EXPECT_EQ(texturer.statistics().reused, value == 180.0f);
     for (const std::uint32_t rgba : stage.mesh().texturing->fill)
       EXPECT_NEAR(colour(rgba).x, value, 1.0f);
@@ -202,7 +202,7 @@ TEST(FillColoursTest, SameBytesForAnyNumberOfThreads) {
 // What a view shows counts with its gain in linear light.
 TEST(FillColoursTest, GainsCount) {
   Stage stage(ball(8), front(), [](std::size_t, int, int) { return Vec3f(100, 150, 60); });
-  texture_mesh(stage.mesh());
+  texture_mesh(stage.mesh(), {.metric = TextureMetric::camera_normal});
   const View& view = stage.mesh().views[0].view;
   const FillPicture picture{view.roi, view.stride, view.pixels,
                             Mat3f(2.0f, 0, 0, 0, 0.5f, 0, 0, 0, 1.0f)};

@@ -38,7 +38,8 @@ struct Stage {
   Stage() {
     std::vector<Camera> cameras;
     for (const MeshView& view : subject.mesh.views) cameras.push_back(view.calibration);
-    subject.mesh.texturing = texture_hull(subject.mesh.hull, cameras);
+    subject.mesh.texturing =
+        texture_hull(subject.mesh.hull, cameras, {.metric = TextureMetric::camera_normal});
     frame.width = width;
     frame.height = height;
     frame.scene = std::make_shared<const Scene>(room);

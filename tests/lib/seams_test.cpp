@@ -93,7 +93,8 @@ TEST_P(SeamsTest, NoDotsInsideTheSubject) {
     // All views agree about the colours, which change slowly: what stands out is a seam.
     synthetic::Photographed out = synthetic::photographed(
         test::studio_mesh(rig, "figure", 3.0, settings).mesh.hull, rig.cameras);
-    out.mesh.texturing = texture_hull(out.mesh.hull, rig.cameras);
+    out.mesh.texturing =
+        texture_hull(out.mesh.hull, rig.cameras, {.metric = TextureMetric::camera_normal});
     return out;
   }();
   const auto renderer = make_renderer();

@@ -86,7 +86,8 @@ struct Chain {
       contours.push_back({&rig.cameras[k], &v.contours});
     }
     mesh.hull = hull.build(contours, {}, 0.0);
-    mesh.texturing = texturer.texture(mesh.hull, rig.cameras, {});
+    mesh.texturing =
+        texturer.texture(mesh.hull, rig.cameras, {.metric = TextureMetric::camera_normal});
     reused += hull.statistics().reused && texturer.statistics().reused;
     frame.subjects = {{&mesh, {}, 0}};
     Picture out = background;

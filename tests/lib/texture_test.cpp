@@ -14,6 +14,8 @@
 namespace polyhull {
 namespace {
 
+const TextureSettings by_normal{.metric = TextureMetric::camera_normal};
+
 using synthetic::ring;
 
 /// Moeller-Trumbore in double precision: whether the open segment p-q meets triangle a b c.
@@ -45,7 +47,7 @@ bool hidden(const Hull& hull, std::size_t own, const Vec3& p, const Vec3& q) {
 TEST(Texture, VisibilityAgreesWithBruteForceByArea) {
   const Hull hull = synthetic::figure(14);
   const std::vector<Camera> cameras = ring(4, 3.5, 1.6, {0, 1, 0});
-  const Texturing texturing = texture_hull(hull, cameras);
+  const Texturing texturing = texture_hull(hull, cameras, by_normal);
   double agree = 0.0, all = 0.0;
   std::vector<Vec3f> points;
   for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
@@ -79,7 +81,7 @@ TEST(Texture, BestCameraHasTheSmallestAngleAmongThoseThatSee) {
   Hull hull;
   synthetic::add_ellipsoid(hull, {0, 1, 0}, {0.5f, 0.5f, 0.5f}, 12);
   const std::vector<Camera> cameras = ring(6, 3.0, 1.0, {0, 1, 0});
-  const Texturing texturing = texture_hull(hull, cameras);
+  const Texturing texturing = texture_hull(hull, cameras, by_normal);
   int none = 0;
   for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
     const Vec3 a = corner(hull, f, 0), b = corner(hull, f, 1), c = corner(hull, f, 2);
@@ -102,17 +104,17 @@ TEST(Texture, FacesOfACamerasOwnConeAreNotVisibleInIt) {
   synthetic::add_box(hull, {-1, -1, -1}, {1, 1, 1});
   const std::vector<Camera> cameras = ring(2, 5.0, 0.0, {0, 0, 0});
   hull.faces = {{0, 0, 0, 12}};
-  const Texturing texturing = texture_hull(hull, cameras);
+  const Texturing texturing = texture_hull(hull, cameras, by_normal);
   for (const std::uint64_t mask : texturing.visible) EXPECT_EQ(mask & 1, 0u);
 }
 
 TEST(Texture, OcclusionOffSeesEverythingThatFaces) {
   const Hull hull = synthetic::figure(8);
   const std::vector<Camera> cameras = ring(4, 3.5, 1.6, {0, 1, 0});
-  TextureSettings settings;
+  TextureSettings settings = by_normal;
   settings.occlusion = false;
   const Texturing off = texture_hull(hull, cameras, settings);
-  const Texturing on = texture_hull(hull, cameras);
+  const Texturing on = texture_hull(hull, cameras, by_normal);
   EXPECT_TRUE(off.maps.empty());
   std::size_t more = 0;
   for (std::size_t f = 0; f < off.visible.size(); ++f) {
@@ -128,7 +130,7 @@ TEST(Texture, WeightsNormalsAndSizes) {
   hull.origin = {100.0, -50.0, 1000.0};
   std::vector<Camera> cameras = ring(4, 3.0, 1.0, {0, 1, 0});
   for (Camera& camera : cameras) camera.t -= camera.R * hull.origin;
-  const Texturing texturing = texture_hull(hull, cameras);
+  const Texturing texturing = texture_hull(hull, cameras, by_normal);
   ASSERT_EQ(texturing.normals.size(), hull.vertices.size());
   ASSERT_EQ(texturing.weights.size(), hull.vertices.size() * 4);
   ASSERT_EQ(texturing.maps.size(), 4u);
@@ -146,7 +148,7 @@ TEST(Texture, WeightsNormalsAndSizes) {
 TEST(Texture, MapHoldsTheNearestDepthAndFadesAtEveryEdge) {
   const Hull hull = synthetic::figure(20);
   const Camera camera = ring(1, 3.5, 1.6, {0, 1, 0})[0];
-  TextureSettings settings;
+  TextureSettings settings = by_normal;
   settings.map_size = 256;
   const OcclusionMap map = texture_hull(hull, std::vector<Camera>{camera}, settings).maps[0];
   ASSERT_GT(map.width, 16);
@@ -181,7 +183,7 @@ TEST(Texture, WhatLiesOutsideTheFrameIsNotSeen) {
   const Hull hull = synthetic::figure(10);
   // Turned up: the frame ends at about the figure's middle.
   const Camera camera = synthetic::look_at({0, 1.0, 4}, {0, 2.2, 0}, 640, 480, 40.0);
-  const Texturing texturing = texture_hull(hull, std::vector<Camera>{camera});
+  const Texturing texturing = texture_hull(hull, std::vector<Camera>{camera}, by_normal);
   int seen = 0;
   for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
     if (!(texturing.visible[f] & 1)) continue;
@@ -206,7 +208,7 @@ TEST(Texture, EverySideOfTheFrameEndsWhatIsSeen) {
   for (const Vec3& target :
        {Vec3(0, 2.2, 0), Vec3(0, -0.2, 0), Vec3(1.45, 1, 0), Vec3(-1.45, 1, 0)}) {
     const Camera camera = synthetic::look_at({0, 1.0, 4}, target, 640, 480, 40.0);
-    const Texturing texturing = texture_hull(hull, std::vector<Camera>{camera});
+    const Texturing texturing = texture_hull(hull, std::vector<Camera>{camera}, by_normal);
     int seen = 0, outside = 0;
     for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
       const Vec3 middle = (corner(hull, f, 0) + corner(hull, f, 1) + corner(hull, f, 2)) / 3.0;
@@ -226,23 +228,23 @@ TEST(Texture, SameHullGivesTheLastResult) {
   const Hull hull = synthetic::figure(6);
   std::vector<Camera> cameras = ring(2, 3.5, 1.6, {0, 1, 0});
   HullTexturer texturer;
-  texturer.texture(hull, cameras, {});
+  texturer.texture(hull, cameras, by_normal);
   EXPECT_FALSE(texturer.statistics().reused);
-  texturer.texture(hull, cameras, {});
+  texturer.texture(hull, cameras, by_normal);
   EXPECT_TRUE(texturer.statistics().reused);
   cameras[1].t.x += 0.1;
-  const Texturing moved = texturer.texture(hull, cameras, {});
+  const Texturing moved = texturer.texture(hull, cameras, by_normal);
   EXPECT_FALSE(texturer.statistics().reused);
-  EXPECT_EQ(moved.weights, texture_hull(hull, cameras).weights);
+  EXPECT_EQ(moved.weights, texture_hull(hull, cameras, by_normal).weights);
 }
 
 TEST(Texture, NormalsOfASmoothSurfaceAreTaken) {
   Hull hull = synthetic::figure(6);
   const std::vector<Camera> cameras = ring(3, 3.5, 1.6, {0, 1, 0});
   HullTexturer texturer;
-  const Texturing own = texturer.texture(hull, cameras, {});
+  const Texturing own = texturer.texture(hull, cameras, by_normal);
   hull.normals.assign(hull.vertices.size(), Vec3f(0.0f, 0.6f, 0.8f));
-  const Texturing given = texturer.texture(hull, cameras, {});
+  const Texturing given = texturer.texture(hull, cameras, by_normal);
   EXPECT_FALSE(texturer.statistics().reused);
   EXPECT_EQ(given.normals, hull.normals);
   EXPECT_EQ(given.visible, own.visible);
@@ -252,7 +254,7 @@ TEST(Texture, NormalsOfASmoothSurfaceAreTaken) {
 TEST(Texture, SameResultOnOneThreadAndMany) {
   const Hull hull = synthetic::figure(12);
   const std::vector<Camera> cameras = ring(4, 3.5, 1.6, {0, 1, 0});
-  TextureSettings one, many;
+  TextureSettings one = by_normal, many = by_normal;
   one.threads = 1;
   many.threads = 4;
   const Texturing a = texture_hull(hull, cameras, one);
@@ -269,7 +271,7 @@ TEST(Texture, EmptyDegenerateAndBrokenInput) {
   Hull flat;
   flat.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
   flat.triangles = {0, 1, 2, 0, 0, 0};
-  const Texturing texturing = texture_hull(flat, cameras);
+  const Texturing texturing = texture_hull(flat, cameras, by_normal);
   EXPECT_EQ(texturing.visible, std::vector<std::uint64_t>(2, 0));
   Hull broken = flat;
   broken.triangles = {0, 1, 7};
@@ -289,7 +291,7 @@ TEST(Texture, SpeedOf20kTriangles) {
   TextureStatistics statistics;
   for (int i = 0; i < 10; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    TextureSettings settings;
+    TextureSettings settings = by_normal;
     settings.fade_width += i;  // so that nothing is reused
     texturer.texture(hull, cameras, settings);
     const double ms =

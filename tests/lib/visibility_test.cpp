@@ -77,7 +77,7 @@ TEST(Visibility, SameBytesOnEveryInstructionSet) {
 TEST(Visibility, SixtyFourCamerasAreTheSameOnAnyNumberOfThreads) {
   const Hull body = test::dense_body();
   const std::vector<Camera> cameras = test::ring_rig(64).cameras;
-  TextureSettings settings;
+  TextureSettings settings{.metric = TextureMetric::camera_normal};
   settings.threads = 1;
   HullTexturer texturer;
   const Texturing one = texturer.texture(body, cameras, settings);
@@ -195,7 +195,7 @@ float counts(const Texturing& texturing, const Camera& camera, std::size_t k, st
 TEST(Visibility, WeightsAreContinuous) {
   const Hull body = test::dense_body();
   const std::vector<Camera> cameras = test::ring_rig(4).cameras;
-  const Texturing texturing = texture_hull(body, cameras);
+  const Texturing texturing = texture_hull(body, cameras, {.metric = TextureMetric::camera_normal});
   const std::size_t views = cameras.size();
   std::size_t steps = 0, large = 0;
   float most = 0.0f;

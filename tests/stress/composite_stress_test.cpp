@@ -57,7 +57,7 @@ synthetic::Photographed figure_before(int count) {
   const Hull hull = synthetic::figure(6);
   const std::vector<Camera> cameras = synthetic::ring(count, 3.2, 1.5, {0, 1, 0}, 48, 48, 45.0);
   synthetic::Photographed out = synthetic::photographed(hull, cameras);
-  out.mesh.texturing = texture_hull(hull, cameras);
+  out.mesh.texturing = texture_hull(hull, cameras, {.metric = TextureMetric::camera_normal});
   return out;
 }
 

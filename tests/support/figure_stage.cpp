@@ -24,7 +24,7 @@ FigureStage::FigureStage(int width, int height, bool polished) : polished_(polis
   scene = std::make_shared<const Scene>(small_room(polished));
   const Hull hull = figure(20);
   subject = photographed(hull, ring(4, 3.2, 1.5, {0, 1, 0}, 512, 512, 45.0));
-  texture_mesh(subject.mesh);
+  texture_mesh(subject.mesh, {.metric = TextureMetric::camera_normal});
   frame.width = width;
   frame.height = height;
   frame.viewport = look_at({1.3, 1.5, 4.2}, {0.0, 0.9, 0.0}, width, height, 50.0);

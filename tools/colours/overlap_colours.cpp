@@ -62,7 +62,8 @@ std::string match_overlaps(Rig& rig, std::span<const SubjectPicture> given) {
   if (given.size() < 2)
     throw Error(Error::Kind::bad_input, "Overlaps need pictures of two cameras at least.");
   const Subject subject = subject_of(rig, given);
-  const Texturing texturing = texture_hull(subject.surface, subject.cameras);
+  const Texturing texturing =
+      texture_hull(subject.surface, subject.cameras, {.metric = TextureMetric::camera_normal});
   const ColourViews views{subject.cameras, subject.pictures, texturing};
   const std::vector<ColourPair> pairs = colour_pairs(subject.surface, views);
   if (pairs.empty())
