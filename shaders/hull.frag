@@ -45,7 +45,7 @@ uniform float depth_tolerance;  // of the map's 0..1
 uniform int best;               // blend this many
 uniform float pixel_size;       // of the picture at depth 1, in the mesh's units
 uniform float fill_range;       // the sum of weights below which the fill shows
-uniform bool shaded;            // by the scene's light (lib/render/subject/subject_light.h)
+uniform bool shaded;            // by the scene's light (lib/render/subject_light.h)
 uniform sampler3D light;         // by what colours are multiplied
 uniform vec3 light_scale;       // from scene coordinates to the texture's
 uniform vec3 light_offset;

@@ -125,7 +125,7 @@ std::optional<Picture> mask_of_flat_colours(const Picture& picture) {
 
 // Whether \p deep is of a few flat grey levels, some of which are too dark for a subject's: numbers
 // of what each pixel shows, 255 often being a border that is left open. Noise is not flat, and soft
-// edges are of many levels.
+// edges are of many levels. Where white is most of what is lit, it is a matte with parts left open.
 bool shows_labels(const DeepPicture& deep) {
   std::map<int, std::size_t> counts;
   std::size_t lit = 0, flat = 0;
@@ -137,6 +137,7 @@ bool shows_labels(const DeepPicture& deep) {
     ++lit;
     flat += i > 0 && level(i - 1) == level(i);
   }
+  if (2 * counts[deep.full] > lit) return false;
   std::size_t levels = 0, in_levels = 0, dark = 0;
   for (const auto& [value, count] : counts) {
     if (500 * count < lit) continue;

@@ -33,7 +33,7 @@ enum class MirrorMode {
   plain,    ///< mixed in with a constant share, as in the prototype
 };
 
-/// What light subjects are seen in.
+/// The light that subjects are seen in.
 enum class SubjectLighting {
   off,  ///< the studio's, as their pictures have it
   shade,  ///< the studio's, times the scene's where they are relative to the stage's (subject_light.h)
@@ -106,6 +106,8 @@ struct PlacedSubject {
   std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
   std::uint64_t content = 0;                  ///< as RenderSubject::content
   SubjectLighting lighting = SubjectLighting::off;
+  /// Of a shaded subject in a scene with light, else null; plan_frame() leaves it to Renderer::plan().
+  std::shared_ptr<const LightLattice> shade;
   int beyond = 0;  ///< pixels that its soft edge reaches beyond its hull
 };
 
@@ -120,8 +122,6 @@ struct RenderPlan {
   Rectangle mirror_shadow;  ///< where the mirror may show the shadow
   int light = -1;           ///< the light that throws the shadow
   int mirror_index = -1;    ///< into Scene::mirrors
-  /// Of the subjects that are shaded; null where none is. plan_frame() leaves it to Renderer::plan().
-  std::shared_ptr<const LightLattice> shade;
   Rectangle changed() const {
     return bounding(bounding(subject, shadow), bounding(mirror, mirror_shadow));
   }

@@ -41,9 +41,10 @@ Renderer::~Renderer() = default;
 
 const TracedScene* Renderer::traced(const std::shared_ptr<const Scene>& scene) {
   if (scene != traced_held_) {
-    traced_held_ = scene;
+    traced_held_.reset();  // where this fails the next call tries it again
     traced_.reset();
     if (scene && !scene->meshes.empty()) traced_ = std::make_unique<TracedScene>(*scene);
+    traced_held_ = scene;
   }
   return traced_.get();
 }
@@ -58,11 +59,11 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
     scene_bounds_ = bounds_of(points);
   }
   RenderPlan plan = plan_frame(frame, settings, scene_bounds_);
-  const bool shaded =
-      std::any_of(plan.subjects.begin(), plan.subjects.end(),
-                  [](const auto& subject) { return subject.lighting == SubjectLighting::shade; });
-  if (const TracedScene* scene = shaded && !plan.untouched() ? traced(frame.scene) : nullptr)
-    plan.shade = subject_light_.around(frame, plan, *scene);
+  if (plan.subject.empty() && plan.mirror.empty()) return plan;
+  for (PlacedSubject& subject : plan.subjects)
+    if (subject.lighting == SubjectLighting::shade)
+      if (const TracedScene* scene = traced(frame.scene))
+        subject.shade = subject_light_.around(subject, frame, *scene);
   return plan;
 }
 

@@ -9,7 +9,7 @@
 
 namespace polyhull {
 
-/// What a ShadowQuality does with a light.
+/// How a light's shadow is made for a ShadowQuality.
 struct ShadowRecipe {
   bool hard = false;  ///< of the light's middle alone
 
@@ -29,7 +29,7 @@ struct ShadowRecipe {
   bool operator==(const ShadowRecipe&) const = default;
 };
 
-/// What \p settings do with \p light, whose shadow is not off.
+/// How \p settings make the shadow of \p light, which is not off.
 inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& light) {
   ShadowRecipe recipe;
   recipe.cells = std::clamp(settings.light_samples, 1, max_light_samples);

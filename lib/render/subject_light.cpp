@@ -11,8 +11,9 @@
 namespace polyhull {
 namespace {
 
-constexpr float cell_length = 0.125f;  // metres
-constexpr int most_nodes = 64;         // along an axis; larger subjects have larger cells
+constexpr float cell_length = 0.125f;  // metres; that of larger or farther subjects is doubled
+constexpr int most_cells = 32;         // along an axis of a subject
+constexpr double most_away = 1 << 20;  // cells from the origin
 constexpr std::size_t most_kept = 1u << 18;
 constexpr float brightest = 4.0f;  // f
 const Vec3f stage_middle(0.0f, 1.0f, 0.0f);
@@ -71,53 +72,9 @@ class Irradiance {
 thread_local std::vector<Ray> Irradiance::rays_;
 thread_local std::vector<std::uint8_t> Irradiance::blocked_;
 
-/// 21 bits an axis.
-std::uint64_t key_of(const std::array<int, 3>& node) {
-  std::uint64_t key = 0;
-  for (const int i : node) key = key << 21 | (static_cast<std::uint64_t>(i) & 0x1fffffu);
-  return key;
-}
-
 /// Nodes lie at the middles of cells, so that none is in a floor at a round height.
-Vec3f place_of(const std::array<int, 3>& node, float cell) {
-  return cell * (Vec3f(static_cast<float>(node[0]), static_cast<float>(node[1]),
-                       static_cast<float>(node[2])) +
-                 0.5f);
-}
-
-/// The nodes from \p first on, \p size of them, and one more on each side, where f goes on as it does
-/// between the two before: what lies there may be under the floor.
-LightLattice lattice_of(const std::array<int, 3>& first, const std::array<int, 3>& size, float cell,
-                        const std::unordered_map<std::uint64_t, Vec3f>& nodes) {
-  LightLattice out;
-  out.origin = place_of({first[0] - 1, first[1] - 1, first[2] - 1}, cell);
-  out.cell = cell;
-  out.size = {size[0] + 2, size[1] + 2, size[2] + 2};
-  const std::array<int, 3> step{1, out.size[0], out.size[0] * out.size[1]};
-  out.factors.resize(static_cast<std::size_t>(step[2] * out.size[2]));
-  for (int z = 0; z < size[2]; ++z)
-    for (int y = 0; y < size[1]; ++y)
-      for (int x = 0; x < size[0]; ++x)
-        out.factors[static_cast<std::size_t>((x + 1) * step[0] + (y + 1) * step[1] +
-                                             (z + 1) * step[2])] =
-            nodes.at(key_of({first[0] + x, first[1] + y, first[2] + z}));
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::size_t across = (axis + 1) % 3, along = (axis + 2) % 3;
-    const int last = out.size[axis] - 1;
-    for (int j = 0; j < out.size[along]; ++j)
-      for (int i = 0; i < out.size[across]; ++i) {
-        Vec3f* const line =
-            &out.factors[static_cast<std::size_t>(i * step[across] + j * step[along])];
-        const auto continue_to = [&](int to, int from, int before) {
-          const Vec3f& near = line[from * step[axis]];
-          const Vec3f& far = line[(size[axis] > 1 ? before : from) * step[axis]];
-          line[to * step[axis]] = glm::clamp(2.0f * near - far, Vec3f(0.0f), Vec3f(brightest));
-        };
-        continue_to(0, 1, 2);
-        continue_to(last, last - 1, last - 2);
-      }
-  }
-  return out;
+Vec3f place_of(int x, int y, int z, float cell) {
+  return cell * (Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) + 0.5f);
 }
 
 }  // namespace
@@ -126,16 +83,16 @@ Vec3f LightLattice::at(const Vec3f& point) const {
   int low[3];
   float share[3];
   for (int k = 0; k < 3; ++k) {
-    const float t =
-        std::clamp(point[k], 0.0f, static_cast<float>(size[static_cast<std::size_t>(k)] - 1));
-    low[k] = std::min(static_cast<int>(t), std::max(size[static_cast<std::size_t>(k)] - 2, 0));
+    const int last = size[static_cast<std::size_t>(k)] - 1;
+    // What is no number counts as 0.
+    const float t = point[k] > 0.0f ? std::min(point[k], static_cast<float>(last)) : 0.0f;
+    low[k] = std::min(static_cast<int>(t), last - 1);
     share[k] = t - static_cast<float>(low[k]);
   }
-  const int dx = size[0] > 1, dy = size[1] > 1 ? size[0] : 0,
-            dz = size[2] > 1 ? size[0] * size[1] : 0;
+  const int dy = size[0], dz = size[0] * size[1];
   const Vec3f* const f =
       &factors[static_cast<std::size_t>((low[2] * size[1] + low[1]) * size[0] + low[0])];
-  const auto along_x = [&](const Vec3f* p) { return p[0] + share[0] * (p[dx] - p[0]); };
+  const auto along_x = [&](const Vec3f* p) { return p[0] + share[0] * (p[1] - p[0]); };
   const auto along_y = [&](const Vec3f* p) {
     const Vec3f a = along_x(p);
     return a + share[1] * (along_x(p + dy) - a);
@@ -144,70 +101,90 @@ Vec3f LightLattice::at(const Vec3f& point) const {
   return a + share[2] * (along_y(f + dz) - a);
 }
 
-std::shared_ptr<const LightLattice> SubjectLight::around(const RenderFrame& frame,
-                                                         const RenderPlan& plan,
+std::size_t SubjectLight::Hash::operator()(const Node& node) const {
+  std::uint64_t hash = 0;
+  for (const int i : node) hash = (hash ^ static_cast<std::uint32_t>(i)) * 0x9e3779b97f4a7c15u;
+  return static_cast<std::size_t>(hash ^ hash >> 32);
+}
+
+std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& subject,
+                                                         const RenderFrame& frame,
                                                          const TracedScene& scene) {
   found_ = 0;
-  std::vector<Vec3f> corners;
-  for (const PlacedSubject& subject : plan.subjects) {
-    if (subject.lighting != SubjectLighting::shade) continue;
-    const Bounds box = bounds_of(subject.points);
-    corners.emplace_back(box.min);
-    corners.emplace_back(box.max);
-  }
-  if (corners.empty()) return nullptr;
-  const Bounds box = bounds_of(corners);
-  float cell = cell_length;
-  const Vec3 extent = box.max - box.min;
-  while (std::max({extent.x, extent.y, extent.z}) > (most_nodes - 1) * static_cast<double>(cell))
-    cell *= 2.0f;
-  const Irradiance irradiance(frame, scene.caster());
-  if (scene_ != frame.scene || lights_ != frame.lights || ambient_ != frame.ambient ||
-      cell_ != cell || nodes_.size() > most_kept) {
+  if (scene_ != frame.scene || lights_ != frame.lights || ambient_ != frame.ambient) {
     scene_ = frame.scene;
     lights_ = frame.lights;
     ambient_ = frame.ambient;
-    cell_ = cell;
     nodes_.clear();
-    last_.reset();
-    stage_ = irradiance.at(stage_middle);
+    stage_ = Irradiance(frame, scene.caster()).at(stage_middle);
   }
   if (!(std::max({stage_.x, stage_.y, stage_.z}) > 0.0f)) return nullptr;
+  return std::make_shared<const LightLattice>(lattice(bounds_of(subject.points), frame, scene));
+}
 
-  // The nodes within the box, and at least the one in whose cell its middle is.
-  Node first, size;
+LightLattice SubjectLight::lattice(const Bounds& box, const RenderFrame& frame,
+                                   const TracedScene& scene) {
+  double extent = 0.0, away = 0.0;
   for (int k = 0; k < 3; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const double low = box.min[k] / cell - 0.5, high = box.max[k] / cell - 0.5;
-    first[i] = static_cast<int>(std::ceil(low));
-    size[i] = static_cast<int>(std::floor(high)) - first[i] + 1;
-    if (size[i] >= 1) continue;
-    first[i] = static_cast<int>(std::lround(0.5 * (low + high)));
-    size[i] = 1;
+    extent = std::max(extent, box.max[k] - box.min[k]);
+    away = std::max({away, std::abs(box.min[k]), std::abs(box.max[k])});
   }
-  if (last_ && first == first_ && size == size_) return last_;
-  first_ = first;
-  size_ = size;
+  int doubled = 0;
+  float cell = cell_length;
+  for (; extent > most_cells * static_cast<double>(cell) || away > most_away * cell; ++doubled)
+    cell *= 2.0f;
 
-  std::vector<Node> missing;
-  for (int z = 0; z < size[2]; ++z)
-    for (int y = 0; y < size[1]; ++y)
-      for (int x = 0; x < size[0]; ++x) {
-        const Node node{first[0] + x, first[1] + y, first[2] + z};
-        if (!nodes_.contains(key_of(node))) missing.push_back(node);
+  LightLattice out;
+  out.cell = cell;
+  int first[3];
+  for (int k = 0; k < 3; ++k) {
+    first[k] = static_cast<int>(std::floor(box.min[k] / cell - 0.5));
+    const int last = static_cast<int>(std::ceil(box.max[k] / cell - 0.5));
+    out.size[static_cast<std::size_t>(k)] = std::max(last - first[k] + 1, 2);
+  }
+  // The lowest layer that is found, half a cell or more over the lowest point.
+  const int floor = static_cast<int>(std::ceil(box.min.y / cell)) - first[1];
+  out.size[1] = std::max(out.size[1], floor + 1);
+  out.origin = place_of(first[0], first[1], first[2], cell);
+  const auto [nx, ny, nz] = out.size;
+  out.factors.resize(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
+                     static_cast<std::size_t>(nz));
+  const auto at = [&, x_nodes = nx, y_nodes = ny](int x, int y, int z) -> Vec3f& {
+    return out.factors[static_cast<std::size_t>((z * y_nodes + y) * x_nodes + x)];
+  };
+
+  if (nodes_.size() > most_kept) nodes_.clear();
+  std::vector<std::array<int, 3>> missing;
+  for (int z = 0; z < nz; ++z)
+    for (int y = floor; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        const auto kept = nodes_.find({first[0] + x, first[1] + y, first[2] + z, doubled});
+        if (kept != nodes_.end())
+          at(x, y, z) = kept->second;
+        else
+          missing.push_back({x, y, z});
       }
-  std::vector<Vec3f> factors(missing.size());
+  found_ = missing.size();
+  const Irradiance irradiance(frame, scene.caster());
   parallel_for(missing.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3f here = irradiance.at(place_of(missing[i], cell));
+      const auto& [x, y, z] = missing[i];
+      const Vec3f here = irradiance.at(place_of(first[0] + x, first[1] + y, first[2] + z, cell));
       for (int c = 0; c < 3; ++c)
-        factors[i][c] = stage_[c] > 0.0f ? std::min(here[c] / stage_[c], brightest) : 1.0f;
+        at(x, y, z)[c] = stage_[c] > 0.0f ? std::min(here[c] / stage_[c], brightest) : 1.0f;
     }
   });
-  for (std::size_t i = 0; i < missing.size(); ++i) nodes_.emplace(key_of(missing[i]), factors[i]);
-  found_ = missing.size();
-  last_ = std::make_shared<const LightLattice>(lattice_of(first, size, cell, nodes_));
-  return last_;
+  for (const auto& [x, y, z] : missing)
+    nodes_.emplace(Node{first[0] + x, first[1] + y, first[2] + z, doubled}, at(x, y, z));
+
+  for (int y = floor - 1; y >= 0; --y)
+    for (int z = 0; z < nz; ++z)
+      for (int x = 0; x < nx; ++x) {
+        const Vec3f& near = at(x, y + 1, z);
+        const Vec3f& far = at(x, std::min(y + 2, ny - 1), z);
+        at(x, y, z) = glm::clamp(2.0f * near - far, Vec3f(0.0f), Vec3f(brightest));
+      }
+  return out;
 }
 
 }  // namespace polyhull

@@ -12,7 +12,8 @@
 /// (W/sr), and x_0 a metre above the scene's origin.
 ///
 /// Phi is found at the nodes of a lattice that is fixed in the scene and kept there, so that a subject
-/// that walks asks for few new ones; between nodes f is linear.
+/// that walks asks for few new ones; between nodes f is linear. Below half a cell over a subject's lowest
+/// point, where nodes may lie under the floor, f goes on as it does above.
 #pragma once
 
 #include <array>
@@ -27,12 +28,11 @@ namespace polyhull {
 
 class TracedScene;
 
-/// f at the nodes of a part of the lattice, x fastest; those around the subjects, and one more on each
-/// side, at which it is continued.
+/// f at the nodes of a part of the lattice, x fastest.
 struct LightLattice {
   Vec3f origin{0.0f};         ///< the first node, scene coordinates
   float cell = 1.0f;          ///< metres from node to node
-  std::array<int, 3> size{};  ///< nodes, at least 1 each
+  std::array<int, 3> size{};  ///< nodes, at least 2 each
   std::vector<Vec3f> factors;
 
   /// f at \p point, in cells from the first node; beyond the lattice as at its border.
@@ -41,23 +41,25 @@ struct LightLattice {
 
 class SubjectLight {
  public:
-  /// f around those of \p plan's subjects that are shaded. The last one's object where that is what it
-  /// would be; null where no subject is shaded, or nothing lights the stage. Throws Error as RayCaster.
-  std::shared_ptr<const LightLattice> around(const RenderFrame& frame, const RenderPlan& plan,
+  /// f around \p subject (its points, scene coordinates); null where nothing lights the stage. Throws
+  /// Error as RayCaster.
+  std::shared_ptr<const LightLattice> around(const PlacedSubject& subject, const RenderFrame& frame,
                                              const TracedScene& scene);
 
   /// How many nodes the last call had to find.
   std::size_t found() const { return found_; }
 
  private:
-  using Node = std::array<int, 3>;  // of the lattice
+  using Node = std::array<int, 4>;  // of the lattice, and which of its cell lengths
+  struct Hash {
+    std::size_t operator()(const Node& node) const;
+  };
+  LightLattice lattice(const Bounds& box, const RenderFrame& frame, const TracedScene& scene);
+
   std::shared_ptr<const Scene> scene_;
   std::vector<Light> lights_;
-  Vec3f ambient_{0.0f}, stage_{0.0f};  // stage_: Phi(x_0)
-  float cell_ = 0.0f;
-  std::unordered_map<std::uint64_t, Vec3f> nodes_;  // f
-  Node first_{}, size_{};                           // of the last one
-  std::shared_ptr<const LightLattice> last_;
+  Vec3f ambient_{0.0f}, stage_{0.0f};            // stage_: Phi(x_0)
+  std::unordered_map<Node, Vec3f, Hash> nodes_;  // f
   std::size_t found_ = 0;
 };
 

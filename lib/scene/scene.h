@@ -95,7 +95,8 @@ struct Scene {
 
 /// Reads a glTF 2.0 file (.glb or .gltf, told apart by their content): the default scene's triangle
 /// meshes (one for each instance of EXT_mesh_gpu_instancing), materials (factors, base colour texture,
-/// an emissive texture's mean; KHR_materials_pbrSpecularGlossiness, KHR_materials_ior, KHR_materials_emissive_strength, KHR_texture_transform), perspective cameras,
+/// an emissive texture's mean; KHR_materials_pbrSpecularGlossiness, KHR_materials_ior,
+/// KHR_materials_emissive_strength, KHR_texture_transform), perspective cameras,
 /// each with a name of its own, and lights (KHR_lights_punctual, with `size` [w, h] in the extras an area light;
 /// parallelograms of an emissive material); `exposure` from the scene's extras, or such that a
 /// white surface under the mean direct light is shown a little below white (docs/scenes.md). Throws

@@ -50,7 +50,7 @@ bool is_readable(int link) {
   return std::find(links.begin(), links.end(), link) != links.end();
 }
 
-// What UDP's header begins, and padding may follow; its address is left open.
+// A datagram from UDP's header on, which padding may follow; its address is left open.
 std::optional<Datagram> datagram_in(std::span<const std::uint8_t> whole) {
   if (whole.size() < udp_header) return {};
   const std::size_t length = big_endian(whole.subspan(4, 2));

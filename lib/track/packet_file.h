@@ -56,8 +56,8 @@ class PacketRecording {
   /// Throws Error (not_found, bad_input, unsupported).
   explicit PacketRecording(const std::string& path);
 
-  /// The next UDP datagram; none at the end. What is none (or in pieces, or behind further headers of IPv6) is passed
-  /// over. Times are the file's where they count from a beginning, as PacketRecorder's do; where they
+  /// The next UDP datagram; none at the end. Other packets, pieces and datagrams behind further headers
+  /// of IPv6 are passed over. Times are the file's where they count from a beginning, as PacketRecorder's do; where they
   /// are dates, they count from the first. Throws Error (bad_input) where the file is damaged or cut
   /// off, after which there is no more to be had.
   std::optional<Datagram> next();

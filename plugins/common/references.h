@@ -14,6 +14,11 @@ struct Unref {
   void operator()(GstMemory* memory) const { gst_memory_unref(memory); }
   void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
   void operator()(GstCaps* caps) const { gst_caps_unref(caps); }
+  void operator()(GstMiniObject*) const = delete;
+  void operator()(GstEvent*) const = delete;
+  void operator()(GstMessage*) const = delete;
+  void operator()(GstQuery*) const = delete;
+  void operator()(GstSample*) const = delete;
   void operator()(gpointer object) const { g_object_unref(object); }
 };
 

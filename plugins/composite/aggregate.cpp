@@ -362,6 +362,7 @@ gboolean composite_stop(GstAggregator* aggregator) {
   const CompositePads pads(aggregator);
   for (GstAggregatorPad* pad : pads.meshes) state_of<MeshPadState>(pad).forget();
   gst_clear_buffer(&self.held.buffer);
+  self.picture.reset();
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     self.gl.release();
     self.composer.reset();

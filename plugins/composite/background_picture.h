@@ -13,7 +13,7 @@ namespace polyhull::element {
 /// For one thread.
 class BackgroundPicture {
  public:
-  /// What is converted is counted in \p statistics: backgrounds-converted.
+  /// Counts conversions in \p statistics: backgrounds-converted.
   explicit BackgroundPicture(Statistics& statistics);
   ~BackgroundPicture();
   BackgroundPicture(const BackgroundPicture&) = delete;
@@ -21,7 +21,7 @@ class BackgroundPicture {
   /// Frames are as \p caps say from now on; false: these are of no video.
   bool set_format(const GstCaps* caps);
 
-  /// What of() gives: RGBA of that size, shape and rate.
+  /// Of of()'s result: RGBA of that size, shape and rate.
   const GstVideoInfo& info() const { return info_; }
 
   /// \p frame, whose reference it takes, as RGBA with the same times and metas: itself where it is

@@ -161,7 +161,7 @@ GST_START_TEST(what_is_sent_again_is_converted_once) {
   }
   gst_memory_unref(memory);
   fail_unless_equals_uint64(bench.converted(), 1);
-  // Who owns the memory alone may write into it; who shares it gets another one.
+  // An owner of the memory alone may write into it; one that shares it gets another one.
   still = gst_buffer_make_writable(still);
   GstMapInfo map;
   fail_unless(gst_buffer_map(still, &map, GST_MAP_WRITE));
@@ -170,6 +170,19 @@ GST_START_TEST(what_is_sent_again_is_converted_once) {
   const Pixels other = bytes_taken(by_videoconvert(caps, gst_buffer_copy_deep(still)));
   fail_unless(bytes_taken(bench.pass(still)) == other);
   fail_unless_equals_uint64(bench.converted(), 2);
+}
+GST_END_TEST
+
+GST_START_TEST(nothing_is_held_after_the_stop) {
+  const std::string caps = caps_of("NV12");
+  Passing bench;
+  gst_harness_set_src_caps_str(bench.background, caps.c_str());
+  GstBuffer* still = noise(caps);
+  gst_buffer_unref(bench.pass(gst_buffer_copy(still)));
+  GstMemory* memory = gst_buffer_peek_memory(still, 0);
+  gst_element_set_state(bench.element, GST_STATE_NULL);
+  fail_unless_equals_int(GST_MINI_OBJECT_REFCOUNT_VALUE(memory), 1);
+  gst_buffer_unref(still);
 }
 GST_END_TEST
 
@@ -275,6 +288,7 @@ static Suite* composite_background_suite() {
   tcase_add_test(tests, the_composite_is_that_of_the_converted_background);
   tcase_add_test(tests, what_is_sent_again_is_converted_once);
   tcase_add_test(tests, what_is_sent_again_is_uploaded_once);
+  tcase_add_test(tests, nothing_is_held_after_the_stop);
   tcase_add_test(tests, planes_lie_anywhere);
   tcase_add_test(tests, a_buffer_that_is_too_small);
   tcase_add_test(tests, straight_from_decodebin);

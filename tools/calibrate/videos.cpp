@@ -33,7 +33,9 @@ std::string ending_of(const fs::path& path) {
 // text one of its letters.
 bool is_video(const fs::path& path) {
   constexpr std::array endings{".mkv", ".mp4", ".mov", ".avi", ".webm", ".m4v", ".mts", ".mxf"};
-  constexpr std::array others{".png", ".jpg", ".jpeg", ".txt", ".json", ".csv", ".log", ".md"};
+  // Of the last four cameras' smaller copies, thumbnails and lists.
+  constexpr std::array others{".png", ".jpg", ".jpeg", ".txt", ".json", ".csv",
+                              ".log", ".md",  ".lrv",  ".thm", ".xml",  ".m3u8"};
   const std::string ending = ending_of(path);
   if (std::ranges::find(endings, ending) != endings.end()) return true;
   if (ending.empty() || std::ranges::find(others, ending) != others.end()) return false;

@@ -65,7 +65,8 @@ Rig bouguet(const std::vector<std::string>& files, const Options& options);
 Rig colmap(const std::string& folder, const Options& options);
 
 /// Kalibr's camchain.yaml, without distortion or with its radtan model (also called plumb_bob, and
-/// with more of OpenCV's coefficients): camN, with any first N and no gap. Cameras are named after their topics (/NAME/image_raw), else after their keys, and so all
+/// with more of OpenCV's coefficients): camN, with any first N and no gap. Cameras are named after their
+/// topics (/NAME/image_raw), else after their keys, and so all
 /// where two names are the same. The world is that of T_cam_imu (or T_imu_cam, the way back) where
 /// every camera has one, else the first camera's, from which T_cn_cnm1 lead on.
 Rig kalibr(const std::string& file, const Options& options);

@@ -67,11 +67,11 @@ class SkinPrograms {
   void draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene);
 
  private:
-  void bind_light(const PassInput& in);
+  void place(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
+             gl::Program& program);
 
   gl::Program plain_, distorted_, plain_wide_, distorted_wide_, plain_ribbon_, distorted_ribbon_;
-  gl::Texture light_;  // RenderPlan::shade
-  std::shared_ptr<const LightLattice> held_;
+  std::vector<std::pair<gl::Texture, std::shared_ptr<const LightLattice>>> lights_;  // by subject
 };
 
 /// Depth maps of the subjects and of the scene, seen from the light that throws the shadow.

@@ -17,42 +17,38 @@ gl::Program hull_program(bool distortion, bool clipped, const char* kind = nullp
 /// Above those that SubjectBuffers binds.
 constexpr int light_unit = 4;
 
-void place(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
-           gl::Program& program) {
-  const Mat4& local = in.plan.subjects[s].local_to_scene;
-  program.set("clip_from_local", glm::mat4(Mat4(clip_from_scene) * local));
-  program.set("scene_from_local", glm::mat4(local));
-  program.set("pixel_size", static_cast<float>(in.plan.pixel_size / scale_of(in.plan.subjects[s])));
-  const LightLattice* const shade =
-      in.plan.subjects[s].lighting == SubjectLighting::shade ? in.plan.shade.get() : nullptr;
-  program.set("shaded", shade != nullptr);
-  program.set("light", light_unit);
-  if (!shade) return;
-  const Vec3f size(static_cast<float>(shade->size[0]), static_cast<float>(shade->size[1]),
-                   static_cast<float>(shade->size[2]));
-  const Vec3f scale = 1.0f / (shade->cell * size);
-  program.set("light_scale", scale);
-  program.set("light_offset", 0.5f / size - shade->origin * scale);
-}
-
 }  // namespace
 
-void SkinPrograms::bind_light(const PassInput& in) {
-  const std::shared_ptr<const LightLattice>& shade = in.plan.shade;
-  if (!shade) return;
-  gl::bind_texture(light_unit, GL_TEXTURE_3D, light_.get());
-  if (shade == held_) return;
-  held_ = shade;
+void SkinPrograms::place(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
+                         gl::Program& program) {
+  const PlacedSubject& subject = in.plan.subjects[s];
+  const Mat4& local = subject.local_to_scene;
+  program.set("clip_from_local", glm::mat4(Mat4(clip_from_scene) * local));
+  program.set("scene_from_local", glm::mat4(local));
+  program.set("pixel_size", static_cast<float>(in.plan.pixel_size / scale_of(subject)));
+  program.set("shaded", subject.shade != nullptr);
+  program.set("light", light_unit);
+  if (!subject.shade) return;
+  const LightLattice& light = *subject.shade;
+  const Vec3f size(static_cast<float>(light.size[0]), static_cast<float>(light.size[1]),
+                   static_cast<float>(light.size[2]));
+  const Vec3f scale = 1.0f / (light.cell * size);
+  program.set("light_scale", scale);
+  program.set("light_offset", 0.5f / size - light.origin * scale);
+  if (lights_.size() <= s) lights_.resize(s + 1);
+  auto& [texture, held] = lights_[s];
+  gl::bind_texture(light_unit, GL_TEXTURE_3D, texture.get());
+  if (held == subject.shade) return;
+  held = subject.shade;
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGB16F, shade->size[0], shade->size[1], shade->size[2], 0,
-               GL_RGB, GL_FLOAT, shade->factors.data());
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGB16F, light.size[0], light.size[1], light.size[2], 0, GL_RGB,
+               GL_FLOAT, light.factors.data());
   gl::texture_parameters(GL_TEXTURE_3D, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
 }
 
 void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
                         const glm::vec4* plane) {
-  bind_light(in);
   for (std::size_t s = 0; s < in.subjects.size(); ++s) {
     const bool distortion = in.subjects[s].has_distortion();
     gl::Program& program = distortion ? distorted_ : plain_;
@@ -72,7 +68,6 @@ void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& c
 }
 
 void SkinPrograms::draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene) {
-  bind_light(in);
   const auto draw_all = [&] {
     for (std::size_t s = 0; s < in.subjects.size(); ++s) {
       const bool distortion = in.subjects[s].has_distortion();

@@ -28,7 +28,8 @@ class SubjectBuffers {
   void upload_shape(const Hull& hull);
 
   /// Uploads what the eyes in \p eyes (mesh world coordinates; the viewport's, then the mirrored
-  /// one) see, whose pixels measure \p pixel_size at depth 1, and \p levels smaller pictures of each view (subject/view_picture.h). \p all_views uploads
+  /// one) see, whose pixels measure \p pixel_size at depth 1, and \p levels smaller pictures of each
+  /// view (subject/view_picture.h). \p all_views uploads
   /// unused pictures too (skipping off). \p soft: the first eye sees a soft edge (subject/soft_edge.h).
   UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
                            int levels, bool all_views, bool soft);

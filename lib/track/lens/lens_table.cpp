@@ -201,6 +201,13 @@ class LensTable::Reader {
         fail(fmt::format(
             "'{}' in the column {} is no number{}", shown(cells[i]), name.name,
             cells[i].find(',') == std::string_view::npos ? "" : "; decimals stand behind a point"));
+      // A comma before three digits, as in 16,384: decimals, or thousands?
+      if (!name.column && separator_ != ',' && !cells[i].starts_with('0') &&
+          cells[i].size() - std::min(cells[i].size(), cells[i].find(',')) == 4)
+        fail(
+            fmt::format("'{}' in the column {} may be thousands or decimals: write thousands "
+                        "without a comma, decimals with a point",
+                        shown(cells[i]), name.name));
       if (!name.column) {
         if (!(std::abs(*value) <= largest_encoder))
           fail(fmt::format("{} is beyond 1e9 in the column {}", shown(cells[i]), name.name));

@@ -15,7 +15,8 @@
 /// UNIT is mm, cm, m, in or ft. Upper case counts as lower case, and blanks, brackets and the like as
 /// an underscore: "Focal length (mm)" is focal_length_mm. Values stand apart by semicolons, commas,
 /// tabs or blanks, whichever the heading has first of these. Encoders' values may be hexadecimal
-/// (0x4000); decimals stand behind a point, or a comma where values do not stand apart by commas. Rows may stand in any order. What follows a # is a remark.
+/// (0x4000); decimals stand behind a point, or a comma where values do not stand apart by commas. Rows
+/// may stand in any order. Text behind a # is a remark.
 ///
 /// Between rows a value follows a monotone cubic (monotone_cubic.h): exact at the rows, straight where
 /// they are on a straight line, between its two neighbours elsewhere. Of a field of view

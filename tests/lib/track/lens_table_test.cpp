@@ -251,6 +251,7 @@ TEST(LensTable, RefusesByLine) {
   refuses("zoom k1\n0 1 2\n", {"line 2", "3 values"});
   refuses("zoom;k1\n0;1.000,5\n", {"line 2", "'1.000,5'", "behind a point"});
   refuses("zoom;k1\n0;1,000,5\n", {"line 2", "'1,000,5'", "behind a point"});
+  refuses("zoom;k1\n16,384;1\n", {"line 2", "'16,384'", "column zoom", "thousands"});
   refuses("zoom k1\n0 nan\n", {"line 2", "'nan'"});
   refuses("zoom k1\n0 inf\n", {"line 2", "out of range"});
   refuses("zoom k1\n0xZ 1\n", {"'0xZ'", "column zoom"});
