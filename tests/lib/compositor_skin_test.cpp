@@ -355,7 +355,9 @@ TEST_P(CompositorSkinTest, WhatNoViewSeesIsFilled) {
 // A mesh straight from hullbuild or hullrefine, and one whose views have no pictures (masks), shows
 // its form: as bright as it faces the eye, by its own normals or its faces'.
 TEST_P(CompositorSkinTest, WithoutPicturesTheFormIsShaded) {
-  FourColours ball{{}};
+  TextureSettings grey;
+  grey.untextured = Vec3f(0.5f);
+  FourColours ball{grey};
   Mesh& mesh = ball.photographed.mesh;
   const Vec3 eye(0, 1, 3);
   for (const bool smooth : {false, true}) {
