@@ -10,7 +10,7 @@ failures=0
 expect() {
   local status=$1 word=$2 script=$3 output got
   shift 3
-  output=$(timeout 20 "$source_folder/$script" "$@" 2>&1)
+  output=$(timeout 60 "$source_folder/$script" "$@" 2>&1)
   got=$?
   if [ "$got" -ne "$status" ] || [[ $output != *"$word"* ]] || [[ $output == *"==>"* ]]; then
     printf 'FAILED %s %s: status %s, expected %s and "%s"\n%s\n' "$script" "$*" "$got" "$status" "$word" "$output"
