@@ -42,7 +42,7 @@ class Irradiance {
   /// By the middles of side x side parts of the light.
   Given from(const Light& light, const Vec3f& point, int side) const {
     const std::vector<Vec3> places = light_cells(light, side * side);
-    const Vec3f normal = light_normal(light);
+    const Vec3f normal = light_normal(light), power = light_power(light);
     rays_.resize(places.size());
     blocked_.resize(places.size());
     for (std::size_t i = 0; i < places.size(); ++i)
@@ -58,7 +58,7 @@ class Irradiance {
       const Vec3f& way = rays_[i].direction;
       const float square = std::max(glm::dot(way, way), 1e-6f);
       const float exit = light_exit(light, -glm::dot(normal, way) / std::sqrt(square));
-      out.irradiance += exit / (4.0f * square) * light_power(light);
+      out.irradiance += exit / (4.0f * square) * power;
     }
     out.irradiance /= static_cast<float>(places.size());
     return out;
@@ -84,7 +84,7 @@ Vec3f LightLattice::at(const Vec3f& point) const {
   float share[3];
   for (int k = 0; k < 3; ++k) {
     const int last = size[static_cast<std::size_t>(k)] - 1;
-    // What is no number counts as 0.
+    // NaN counts as 0.
     const float t = point[k] > 0.0f ? std::min(point[k], static_cast<float>(last)) : 0.0f;
     low[k] = std::min(static_cast<int>(t), last - 1);
     share[k] = t - static_cast<float>(low[k]);
