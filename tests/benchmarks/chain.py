@@ -23,6 +23,7 @@ import time
 
 SHIPPED = pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "rigs" / "eight.json"
 START = 20
+REGISTRIES = tempfile.TemporaryDirectory()  # one of GStreamer's for each folder of plugins
 # name: (cameras, height of their pictures, quality of hullrefine, shadow, height of the composite, does the viewport travel)
 LINES = {
     "good": (4, 768, "good", "good", 720, False),
@@ -36,8 +37,8 @@ LINES = {
 }
 
 
-def recording(folder, height, camera):
-    return folder / f"{height}-cam{camera}.y4m"
+def recording(folder, height, camera, instants):
+    return folder / f"{height}-{instants}-cam{camera}.y4m"
 
 
 def rig(folder, height):
@@ -61,7 +62,7 @@ def rig(folder, height):
 def launch(plugins, line, cores=None):
     """Runs a line; processor time in s, wall time in s, peak of resident memory in MiB."""
     environment = dict(os.environ, GST_PLUGIN_PATH=plugins, GST_REGISTRY_FORK="no",
-                       GST_REGISTRY=f"{tempfile.gettempdir()}/chain-{abs(hash(plugins))}-{os.getpid()}.bin")
+                       GST_REGISTRY=f"{REGISTRIES.name}/{abs(hash(plugins))}.bin")
     began = time.monotonic()
     process = subprocess.Popen(["gst-launch-1.0", "-q", *line], env=environment, stdout=subprocess.DEVNULL,
                                preexec_fn=cores and (lambda: os.sched_setaffinity(0, range(cores))))
@@ -72,15 +73,15 @@ def launch(plugins, line, cores=None):
 
 
 def record(plugins, folder, cameras, height, instants):
-    missing = [i for i in range(cameras) if not recording(folder, height, i).exists()]
+    missing = [i for i in range(cameras) if not recording(folder, height, i, instants).exists()]
     width = height * 16 // 9 if height == 1080 else height * 4 // 3
     for i in missing:
         launch(plugins, ["rigtestsrc", *rig(folder, height), f"camera=cam{i}", f"num-buffers={instants + 1}", "!",
                          f"video/x-raw,format=I420,width={width},height={height},framerate=25/1", "!", "y4menc", "!",
-                         "filesink", f"location={recording(folder, height, i)}"])
+                         "filesink", f"location={recording(folder, height, i, instants)}"])
 
 
-def describe(folder, name, instants):
+def describe(folder, name, instants, recorded):
     cameras, height, refine, shadow, output, travels = LINES[name]
     line = ["hullbuild", "name=hull", *rig(folder, height), "!"]
     if refine:
@@ -93,15 +94,15 @@ def describe(folder, name, instants):
             composite.background composite name=composite shadow={shadow} !""".split()
     line.append("fakesink")
     for i in range(cameras):
-        line += f"""filesrc location={recording(folder, height, i)} ! y4mdec ! identity eos-after={instants + 1} !
+        line += f"""filesrc location={recording(folder, height, i, recorded)} ! y4mdec ! identity eos-after={instants + 1} !
             queue max-size-buffers=2 ! silhouette camera=cam{i} ! hull.""".split()
     return line
 
 
 def measure(plugins, folder, name, instants, cores):
     """What an instant costs: processor time in ms; frames a second; and the peak of memory in MiB."""
-    few = launch(plugins, describe(folder, name, START), cores)
-    all = launch(plugins, describe(folder, name, instants), cores)
+    few = launch(plugins, describe(folder, name, START, instants), cores)
+    all = launch(plugins, describe(folder, name, instants, instants), cores)
     return (all[0] - few[0]) / (instants - START) * 1e3, (instants - START) / (all[1] - few[1]), all[2]
 
 
