@@ -33,15 +33,23 @@ run_tests() {
   meson test -C "$polyhull_build" --num-processes $(($(nproc) + 1)) --print-errorlogs --logbase "$@" || good=false
 }
 
-# run_timed LOG-NAME PATTERN MESON-TEST-ARGUMENT...: the tests of real time whose names have PATTERN, two at a time: they
-# need a machine that is not busy, and do little.
-run_timed() {
-  local name=$1 pattern=$2 timed
+# run_suite LOG-NAME PATTERN MESON-TEST-ARGUMENT...: those of real time, whose names have PATTERN, come last and two at a
+# time: they need a machine that is not busy, and do little. One that fails has a second try, alone.
+run_suite() {
+  local name=$1 pattern=$2 timed failed test
   shift 2
+  rm -f "$logs/$name"*
+  run_tests "$name" --no-suite real-time "$@"
   timed=$(meson test -C "$polyhull_build" --no-rebuild --list --suite real-time | sed -n "s|.* / \\(.*$pattern.*\\)|\\1|p")
   [ -n "$timed" ] || fail "no test of real time is called '$pattern'"
-  xargs -P 2 -I{} meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "$name-{}" "$@" {} <<<"$timed" ||
-    good=false
+  run_timed() { meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "$name-$1" "${@:2}" "$1" >&2; }
+  export -f run_timed
+  export name polyhull_build
+  failed=$(xargs -P 2 -I{} bash -c 'run_timed "$@" || echo "$1"' run_timed {} "$@" <<<"$timed")
+  for test in $failed; do
+    say "once more, alone: $test"
+    run_timed "$test" "$@" || good=false
+  done
 }
 
 # finish LOG...: the summary, and the status.
@@ -66,25 +74,16 @@ fi
 say "building $polyhull_build (nothing to do where nothing changed)"
 ninja -C "$polyhull_build"
 say "running the tests, $SECONDS s from the start"
-rm -f "$logs"/{plain,sanitized}*
-run_tests plain --no-suite real-time
+run_suite plain ""
+unset GTEST_FILTER  # sanitized.sh has its own
 
 sanitized=$polyhull_source/build-sanitize
 polyhull_configure "$sanitized" -Dtests=true -Dsanitize=true -Dcalibration=enabled -Dbuildtype=plain \
   -Doptimization=1 -Db_ndebug=false -Db_lundef=false
-say "building the libraries and elements with the sanitizers, and running the tests of real time, $SECONDS s from the start"
-# The tests leave most of the machine idle, and do not notice a build that takes no more than that.
-idle=(chrt --idle 0)
-"${idle[@]}" true 2>/dev/null || idle=()
-"${idle[@]}" ninja -C "$sanitized" sanitized ${POLYHULL_LONG:+sanitized-long} >"$logs/sanitized-build.txt" 2>&1 &
-build=$!
-[ ${#idle[@]} -gt 0 ] || wait "$build" || true
-run_timed plain ""
-unset GTEST_FILTER  # sanitized.sh has its own
-wait "$build" || { cat "$logs/sanitized-build.txt"; fail "the libraries and elements do not build with the sanitizers"; }
+say "building the libraries and elements with the sanitizers"
+ninja -C "$sanitized" sanitized ${POLYHULL_LONG:+sanitized-long}
 say "running the library and element tests on them, $SECONDS s from the start"
 export POLYHULL_SANITIZED=$sanitized
-watched=(--suite lib --suite elements --suite stress --timeout-multiplier 4 --wrapper "$polyhull_source/tests/sanitized.sh")
-run_tests sanitized --no-suite real-time "${watched[@]}"
-run_timed sanitized element- "${watched[@]}"
+run_suite sanitized element- --suite lib --suite elements --suite stress --timeout-multiplier 4 \
+  --wrapper "$polyhull_source/tests/sanitized.sh"
 finish "$logs"/{plain,sanitized}*.json
