@@ -4,14 +4,17 @@
 /// source whose frames' times are even but begin at any time, such as aravissrc's; frames pass
 /// through with the time at which they were taken, as near as that can be told
 /// (lib/live/steady_times.h).
+#include <gst/base/gstbasesrc.h>
 #include <gst/base/gstbasetransform.h>
 
 #include <atomic>
+#include <string_view>
 
 #include "live/steady_times.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/log.h"
+#include "plugins/common/references.h"
 #include "plugins/common/transform.h"
 
 GST_DEBUG_CATEGORY_STATIC(steadystamp_debug);
@@ -122,8 +125,37 @@ gboolean start(GstBaseTransform* base) {
   return TRUE;
 }
 
+/// The source in front, also through elements of one input and out of bins; null where it is none that
+/// makes its frames itself.
+Ref<GstElement> source_of(GstElement* element) {
+  Ref<GstElement> found(GST_ELEMENT(gst_object_ref(element)));
+  while (found && !GST_IS_BASE_SRC(found.get())) {
+    const Ref<GstPad> sink(gst_element_get_static_pad(found.get(), "sink"));
+    Ref<GstPad> peer(sink ? gst_pad_get_peer(sink.get()) : nullptr);
+    while (peer && GST_IS_GHOST_PAD(peer.get()))
+      peer.reset(gst_ghost_pad_get_target(GST_GHOST_PAD(peer.get())));
+    found.reset(peer ? gst_pad_get_parent_element(peer.get()) : nullptr);
+  }
+  return found;
+}
+
+/// Lets aravissrc send each frame as soon as it has come. By its clock it would keep frames until
+/// their distance to the first one is over: where that one came late, as when a camera is started on a
+/// busy machine, all would come as late, and the least delay would say nothing.
+void send_at_once(GstElement* element) {
+  const Ref<GstElement> source = source_of(element);
+  GstElementFactory* factory = source ? gst_element_get_factory(source.get()) : nullptr;
+  if (factory == nullptr || GST_OBJECT_NAME(factory) != std::string_view("aravissrc") ||
+      gst_base_src_get_do_timestamp(GST_BASE_SRC(source.get())))
+    return;
+  GST_DEBUG_OBJECT(element, "takes the clock from %" GST_PTR_FORMAT, source.get());
+  gst_element_set_clock(source.get(), nullptr);
+}
+
 gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
   SteadyStamp& self = state_of<SteadyStamp>(base);
+  // It comes before the source's first frame, in its thread.
+  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) send_at_once(GST_ELEMENT(base));
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) self.flushed = true;
   return GST_BASE_TRANSFORM_CLASS(parent_class<SteadyStamp>())->sink_event(base, event);
 }
