@@ -80,7 +80,7 @@ def check_units():
 
 
 def check_plugins():
-    """Elements know plugins/common, the studio and the library, but not each other."""
+    """Elements know plugins/common and the library, but not each other; rigtestsrc alone the studio."""
     problems = []
     for source in sorted((ROOT / "plugins").rglob("*")):
         if source.suffix not in SOURCES or source.name == "plugin.cpp":
@@ -89,6 +89,8 @@ def check_plugins():
         for include in INCLUDE.findall(source.read_text()):
             if include.startswith("plugins/") and include.split("/")[1] not in ("common", own):
                 problems.append(f"{source.relative_to(ROOT)} includes {include}, another element's")
+            if include.startswith("studio/") and own != "rigtestsrc":
+                problems.append(f"{source.relative_to(ROOT)} includes {include}: the studio is for tests")
     for top in ("lib", "studio"):
         for source in sorted((ROOT / top).rglob("*")):
             if source.suffix in SOURCES and re.search(r"#include [<\"](gst/|glib|plugins/)", source.read_text()):

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "board_target.h"
+#include "builtin/default_rig.h"
 #include "camera_files.h"
 #include "colours/match_colours.h"
 #include "colours/overlap_colours.h"
@@ -23,7 +24,6 @@
 #include "rig/level_board.h"
 #include "rig/plan.h"
 #include "rig/refine.h"
-#include "studio/cameras/default_rig.h"
 #include "text_file.h"
 
 namespace {

@@ -13,13 +13,13 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "base/srgb.h"
+#include "builtin/default_rig.h"
+#include "builtin/room.h"
 #include "command_line.h"
 #include "raytrace/path_tracer.h"
 #include "rig/rig.h"
 #include "scene/scene.h"
-#include "studio/cameras/default_rig.h"
 #include "studio/figure/subject.h"
-#include "studio/room/room.h"
 
 using namespace polyhull;
 

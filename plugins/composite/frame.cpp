@@ -11,12 +11,12 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "builtin/room.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/depth_meta.h"
 #include "plugins/common/memory/planes_meta.h"
 #include "plugins/common/memory/video_frame.h"
 #include "render/fill.h"
-#include "studio/room/room.h"
 
 namespace polyhull::element {
 namespace {

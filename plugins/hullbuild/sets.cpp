@@ -6,8 +6,8 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "builtin/default_rig.h"
 #include "plugins/hullbuild/private.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull::element {
 namespace {

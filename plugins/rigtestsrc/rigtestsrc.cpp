@@ -18,12 +18,12 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
+#include "builtin/default_rig.h"
 #include "mesh/view.h"
 #include "plugins/common/memory/video_frame.h"
 #include "plugins/common/trigger.h"
 #include "plugins/rigtestsrc/private.h"
 #include "rig/lens.h"
-#include "studio/cameras/default_rig.h"
 
 GST_DEBUG_CATEGORY_STATIC(rigtestsrc_debug);
 #define GST_CAT_DEFAULT rigtestsrc_debug

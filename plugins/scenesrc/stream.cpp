@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "builtin/room.h"
 #include "plugins/common/live/live_pad.h"
 #include "plugins/common/memory/planes_meta.h"
 #include "scene/assumed_light.h"
-#include "studio/room/room.h"
 
 namespace polyhull::element {
 namespace {

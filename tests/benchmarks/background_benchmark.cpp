@@ -10,9 +10,9 @@
 #include <numbers>
 
 #include "base/thread_pool.h"
+#include "builtin/room.h"
 #include "command_line.h"
 #include "measure.h"
-#include "studio/room/room.h"
 #include "support/picture_error.h"
 #include "view/background.h"
 #include "view/gradual_light.h"

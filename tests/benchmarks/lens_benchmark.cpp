@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "builtin/room.h"
 #include "command_line.h"
 #include "measure.h"
 #include "render/lens/lens_picture.h"
 #include "render/processor/processor_renderer.h"
-#include "studio/room/room.h"
 #include "synthetic.h"
 #include "texture/texture_hull.h"
 #include "view/background.h"

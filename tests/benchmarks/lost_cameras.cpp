@@ -7,9 +7,9 @@
 #include <set>
 
 #include "base/thread_pool.h"
+#include "builtin/default_rig.h"
 #include "hull/measure.h"
 #include "refine/refine.h"
-#include "studio/cameras/default_rig.h"
 #include "support/body_scenes.h"
 #include "support/camera_contours.h"
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "builtin/default_rig.h"
 #include "silhouette/silhouette.h"
 #include "studio/cameras/camera_picture.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull::benchmark {
 namespace {

@@ -15,12 +15,12 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "builtin/room.h"
 #include "command_line.h"
 #include "gl_context.h"
 #include "measure.h"
 #include "render/gl/compositor.h"
 #include "render/processor/processor_renderer.h"
-#include "studio/room/room.h"
 #include "view/background.h"
 #include "view/scene_planes.h"
 #include "wire/mesh_payload.h"

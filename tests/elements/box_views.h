@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "builtin/default_rig.h"
 #include "rig/rig.h"
-#include "studio/cameras/default_rig.h"
 #include "wire/view_payload.h"
 
 namespace polyhull::test {

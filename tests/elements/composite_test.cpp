@@ -12,11 +12,11 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "builtin/room.h"
 #include "composite_bench.h"
 #include "controlled.h"
 #include "element_checks.h"
 #include "scene/announcement.h"
-#include "studio/room/room.h"
 #include "synthetic.h"
 
 using namespace polyhull;

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "box_views.h"
+#include "builtin/default_rig.h"
 #include "element_checks.h"
 #include "plugins/common/references.h"
-#include "studio/cameras/default_rig.h"
 #include "wire/mesh_payload.h"
 
 namespace polyhull::test {

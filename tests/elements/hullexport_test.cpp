@@ -6,9 +6,9 @@
 
 #include "base/error.h"
 #include "box_views.h"
+#include "builtin/default_rig.h"
 #include "element_checks.h"
 #include "hull/measure.h"
-#include "studio/cameras/default_rig.h"
 #include "support/obj_reader.h"
 #include "wire/mesh_payload.h"
 

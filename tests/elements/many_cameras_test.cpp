@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "studio/cameras/default_rig.h"
+#include "builtin/default_rig.h"
 #include "wire/mesh_payload.h"
 
 // gst-check's macros take names that the above uses.

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <vector>
 
+#include "builtin/default_rig.h"
 #include "element_checks.h"
 #include "rig/rig.h"
-#include "studio/cameras/default_rig.h"
 
 using namespace polyhull;
 using namespace polyhull::test;

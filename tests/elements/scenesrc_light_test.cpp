@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "builtin/shapes.h"
 #include "element_checks.h"
 #include "scene/announcement.h"
-#include "studio/room/shapes.h"
 
 using namespace polyhull;
 using namespace polyhull::test;

@@ -5,8 +5,8 @@
 
 #include <string>
 
+#include "builtin/shapes.h"
 #include "scene/scene.h"
-#include "studio/room/shapes.h"
 
 namespace polyhull::test {
 

@@ -13,7 +13,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
-#include "studio/cameras/default_rig.h"
+#include "builtin/default_rig.h"
 
 namespace polyhull {
 namespace {

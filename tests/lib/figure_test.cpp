@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "base/thread_pool.h"
-#include "studio/cameras/default_rig.h"
+#include "builtin/default_rig.h"
 #include "studio/figure/polygons/polygonise.h"
 
 namespace polyhull {

@@ -7,8 +7,8 @@
 #include <chrono>
 #include <filesystem>
 
+#include "builtin/shapes.h"
 #include "raytrace/light_store.h"
-#include "studio/room/shapes.h"
 #include "view/background.h"
 
 namespace polyhull {

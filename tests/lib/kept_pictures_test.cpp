@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/room/kept_pictures.h"
+#include "builtin/kept_pictures.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -7,8 +7,8 @@
 #include <fstream>
 #include <string>
 
-#include "studio/room/room.h"
-#include "studio/room/room_textures.h"
+#include "builtin/room.h"
+#include "builtin/room_textures.h"
 
 namespace polyhull {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "builtin/shapes.h"
 #include "raytrace/light_cache.h"
-#include "studio/room/shapes.h"
 #include "view/raster_view.h"
 
 namespace polyhull {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "studio/room/shapes.h"
+#include "builtin/shapes.h"
 
 namespace polyhull {
 namespace {

@@ -14,9 +14,9 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "base/srgb.h"
+#include "builtin/default_rig.h"
 #include "rig/rig.h"
 #include "scene/scene.h"
-#include "studio/cameras/default_rig.h"
 #include "support/obj_reader.h"
 #include "wire_examples.h"
 

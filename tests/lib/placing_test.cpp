@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
-#include "studio/cameras/default_rig.h"
+#include "builtin/default_rig.h"
 #include "studio/plan/forecast.h"
 
 namespace polyhull {

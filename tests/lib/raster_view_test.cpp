@@ -10,10 +10,10 @@
 
 #include "base/instruction_set.h"
 #include "base/srgb.h"
+#include "builtin/room.h"
+#include "builtin/shapes.h"
 #include "raytrace/loops/view_loops.h"
 #include "raytrace/path_tracer.h"
-#include "studio/room/room.h"
-#include "studio/room/shapes.h"
 #include "support/picture_error.h"
 #include "support/quick_light.h"
 

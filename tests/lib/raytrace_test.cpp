@@ -7,14 +7,14 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "builtin/room.h"
+#include "builtin/shapes.h"
 #include "raytrace/area_light.h"
 #include "raytrace/filtered_texture.h"
 #include "raytrace/light_cache.h"
 #include "raytrace/path_tracer.h"
 #include "raytrace/sampling.h"
 #include "raytrace/surface_grid.h"
-#include "studio/room/room.h"
-#include "studio/room/shapes.h"
 
 namespace polyhull {
 namespace {

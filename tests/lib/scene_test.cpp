@@ -12,11 +12,11 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "builtin/room.h"
+#include "builtin/shapes.h"
 #include "scene/announcement.h"
 #include "scene/timed_announcement.h"
 #include "scene_file.h"
-#include "studio/room/room.h"
-#include "studio/room/shapes.h"
 
 namespace polyhull {
 namespace {

@@ -5,12 +5,12 @@
 #include <cstdlib>
 
 #include "base/picture.h"
+#include "builtin/default_rig.h"
+#include "builtin/room.h"
 #include "hull/stage.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/silhouette.h"
 #include "studio/cameras/camera_picture.h"
-#include "studio/cameras/default_rig.h"
-#include "studio/room/room.h"
 #include "texture/texture_hull.h"
 #include "view/background.h"
 

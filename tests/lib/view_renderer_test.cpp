@@ -5,10 +5,10 @@
 
 #include <cmath>
 
+#include "builtin/room.h"
+#include "builtin/shapes.h"
 #include "raytrace/area_light.h"
 #include "raytrace/path_tracer.h"
-#include "studio/room/room.h"
-#include "studio/room/shapes.h"
 #include "support/picture_error.h"
 #include "support/quick_light.h"
 

@@ -4,8 +4,8 @@
 
 #include <numeric>
 
+#include "builtin/default_rig.h"
 #include "mesh/mesh.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull::examples {
 

@@ -10,12 +10,12 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "builtin/default_rig.h"
 #include "mesh/texture_mesh.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/contour/contourer.h"
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/coverage_raster.h"
-#include "studio/cameras/default_rig.h"
 #include "studio/plan/stage.h"
 #include "support/camera_contours.h"
 #include "support/mesh_checks.h"

@@ -13,8 +13,8 @@
 
 #include <unistd.h>
 
+#include "builtin/default_rig.h"
 #include "rig/rig.h"
-#include "studio/cameras/default_rig.h"
 #include "studio/cameras/stamp.h"
 #include "wire/mesh_payload.h"
 

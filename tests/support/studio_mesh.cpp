@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "builtin/default_rig.h"
 #include "hull/stage.h"
 #include "mesh/texture_mesh.h"
 #include "scene/scene.h"
 #include "studio/cameras/camera_picture.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull::test {
 

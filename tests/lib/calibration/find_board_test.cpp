@@ -18,9 +18,9 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "builtin/default_rig.h"
 #include "calibrate/input.h"
 #include "floor_points.h"
-#include "studio/cameras/default_rig.h"
 #include "support/calibration_takes.h"
 #include "support/run_kind.h"
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "builtin/shapes.h"
 #include "raytrace/path_tracer.h"
 #include "render/lens/depth_layers.h"
 #include "render/lens/light_layers.h"
 #include "render/processor/processor_renderer.h"
-#include "studio/room/shapes.h"
 #include "support/picture_error.h"
 #include "synthetic.h"
 

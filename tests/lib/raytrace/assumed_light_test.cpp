@@ -8,10 +8,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "builtin/shapes.h"
 #include "raytrace/light_cache.h"
 #include "raytrace/path_tracer.h"
 #include "scene/gltf_lights.h"
-#include "studio/room/shapes.h"
 #include "view/background.h"
 
 namespace polyhull {

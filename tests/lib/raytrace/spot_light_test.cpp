@@ -6,12 +6,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "builtin/shapes.h"
 #include "raytrace/area_light.h"
 #include "raytrace/light_cache.h"
 #include "raytrace/path_tracer.h"
 #include "render/light_samples.h"
 #include "scene/spot_cone.h"
-#include "studio/room/shapes.h"
 
 namespace polyhull {
 namespace {

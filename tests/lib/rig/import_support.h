@@ -10,8 +10,8 @@
 #include <functional>
 
 #include "base/error.h"
+#include "builtin/default_rig.h"
 #include "rig/import.h"
-#include "studio/cameras/default_rig.h"
 #include "text_file.h"
 
 namespace polyhull {

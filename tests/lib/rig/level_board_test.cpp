@@ -8,8 +8,8 @@
 #include <random>
 
 #include "base/error.h"
+#include "builtin/default_rig.h"
 #include "studio/calibration/calibrate.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull {
 namespace {

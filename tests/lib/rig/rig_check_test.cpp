@@ -7,9 +7,9 @@
 
 #include <functional>
 
+#include "builtin/default_rig.h"
 #include "rig/floor.h"
 #include "rig/plausible.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull {
 namespace {

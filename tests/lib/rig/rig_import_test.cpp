@@ -9,8 +9,8 @@
 #include <functional>
 
 #include "base/error.h"
+#include "builtin/default_rig.h"
 #include "rig/check.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull {
 namespace {

@@ -10,12 +10,12 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "base/rotation.h"
+#include "builtin/default_rig.h"
 #include "hull/stage.h"
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/floor.h"
 #include "studio/cameras/camera_picture.h"
-#include "studio/cameras/default_rig.h"
 #include "studio/figure/figure.h"
 
 namespace polyhull {

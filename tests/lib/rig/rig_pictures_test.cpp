@@ -11,13 +11,13 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "builtin/default_rig.h"
 #include "camera_files.h"
 #include "mask_contours.h"
 #include "mask_picture.h"
 #include "rig/check_pictures.h"
 #include "rig/import.h"
 #include "studio/cameras/camera_picture.h"
-#include "studio/cameras/default_rig.h"
 #include "studio/figure/figure.h"
 #include "support/run_kind.h"
 

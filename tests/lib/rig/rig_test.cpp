@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "builtin/default_rig.h"
 #include "rig/projection_matrix.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "builtin/shapes.h"
 #include "scene/viewport_control.h"
-#include "studio/room/shapes.h"
 
 namespace polyhull {
 namespace {

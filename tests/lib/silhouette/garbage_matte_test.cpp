@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "base/error.h"
+#include "builtin/default_rig.h"
 #include "rig/rig.h"
-#include "studio/cameras/default_rig.h"
 
 namespace polyhull {
 namespace {

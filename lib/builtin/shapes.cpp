@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/room/shapes.h"
+#include "builtin/shapes.h"
 
 #include <cmath>
 #include <numbers>

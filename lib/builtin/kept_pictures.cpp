@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/room/kept_pictures.h"
+#include "builtin/kept_pictures.h"
 
 #include <fmt/core.h>
 #include <unistd.h>

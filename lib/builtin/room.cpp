@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/room/room.h"
+#include "builtin/room.h"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "studio/room/kept_pictures.h"
-#include "studio/room/room_textures.h"
-#include "studio/room/shapes.h"
+#include "builtin/kept_pictures.h"
+#include "builtin/room_textures.h"
+#include "builtin/shapes.h"
 
 namespace polyhull {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/cameras/default_rig.h"
+#include "builtin/default_rig.h"
 
 #include <cmath>
 

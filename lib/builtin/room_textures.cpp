@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/room/room_textures.h"
+#include "builtin/room_textures.h"
 
 #include <algorithm>
 #include <array>
