@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "studio/cameras/stamp.h"
+#include "builtin/stamp.h"
 #include "studio/cameras/yuv.h"
 
 namespace polyhull::element {

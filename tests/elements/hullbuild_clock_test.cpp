@@ -4,8 +4,8 @@
 #include <gst/app/gstappsink.h>
 #include <gst/app/gstappsrc.h>
 
+#include "builtin/stamp.h"
 #include "hull_bench.h"
-#include "studio/cameras/stamp.h"
 
 using namespace polyhull;
 using namespace polyhull::test;

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "builtin/stamp.h"
 #include "command_line.h"
-#include "studio/cameras/stamp.h"
 #include "support/live_line.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The label that tells which instant a picture shows.
-#include "studio/cameras/stamp.h"
+#include "builtin/stamp.h"
 
 #include <gtest/gtest.h>
 

@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "studio/cameras/stamp.h"
+#include "builtin/stamp.h"
 #include "tools/run/clock.h"
 #include "wire/mesh_payload.h"
 

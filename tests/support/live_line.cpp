@@ -14,8 +14,8 @@
 #include <unistd.h>
 
 #include "builtin/default_rig.h"
+#include "builtin/stamp.h"
 #include "rig/rig.h"
-#include "studio/cameras/stamp.h"
 #include "wire/mesh_payload.h"
 
 namespace polyhull::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/cameras/stamp.h"
+#include "builtin/stamp.h"
 
 #include <algorithm>
 
