@@ -3,7 +3,9 @@
 // with a rig and what to expect of it, and the built-in rig as a file.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iostream>
+#include <memory>
 #include <optional>
 
 #include "base/error.h"
@@ -199,95 +201,50 @@ int run_level(LevelArguments& arguments) {
   return 0;
 }
 
-void add_level_options(CommandLine& command, LevelArguments& arguments) {
-  command.option("file", &arguments.file, "The rig file").required();
-  command.option(
-      "--floor-points", &arguments.floor_points,
-      "A text file of three points on the floor or more, lines of POINT CAMERA U V (px), "
-      "each point in two cameras or more: the first becomes the origin, x points to the "
-      "second");
-  command.option("--points", &arguments.points,
-                 "X Y Z X Y Z X Y Z ...: the same points by their places in the rig's world");
-  command.option("--floor", &arguments.height, "The floor's height along up, in the rig's world");
-  command.option(
-      "--pictures", &arguments.pictures,
-      "CAMERA=FILE ...: somebody who stands on the floor, as for check; up must be right. With "
-      "--board one or more pictures of the board");
-  const Option board = command.option(
-      "--board", &arguments.board.size,
-      "The pictures show a board that lies on the floor, face up, with COLUMNSxROWS inner "
-      "corners: its middle becomes the origin, x points along its columns");
-  command.option("--square", &arguments.board.square, "Side of a square of the board, mm")
-      .needs(board);
-  command
-      .option("--charuco", &arguments.board.charuco,
-              "The board is a ChArUco board with markers of this dictionary, such as 4X4_100")
-      .needs(board);
-  command
-      .option("--marker", &arguments.board.marker,
-              "ChArUco: side of a marker, mm (default: 3/4 square)")
-      .needs(board);
-  command.option("--thickness", &arguments.thickness, "Of the board, mm").shown().needs(board);
-  command.option("--keep-largest", &arguments.mask.keep_largest, "As of check")
-      .range(0, 1000)
-      .shown();
-  command
-      .option("--up", &arguments.up,
-              "Direction that points up in the rig's world: x y z (default: as the rig says; of "
-              "points, where the cameras are)")
-      .expected(3);
-  command
-      .option("--origin", &arguments.origin,
-              "x y z in the rig's world: the new origin is the floor's point below (default: the "
-              "first point, or below the middle of the stage)")
-      .expected(3);
-  command.option("--unit", &arguments.request.unit,
-                 "Unit of the rig's lengths, which stay as they are: m, cm, mm, in, ft or a number "
-                 "of metres (default: as the rig says)");
-  command.option("--stage", &arguments.request.stage,
-                 "The bounds, around the origin from the floor up: WIDTHxDEPTHxHEIGHT (x, z, y), "
-                 "metres (default: .7 of the cameras' distance to each side)");
-  command.option("-o,--output", &arguments.output, "The new rig file").required();
+struct CheckArguments {
+  std::string file;
+  std::vector<std::string> pictures;
+  MaskSettings mask;
+  bool no_forecast = false;
+};
+
+struct RefineFiles {
+  std::string file, output;
+  RefineArguments refine;
+};
+
+struct ColourFiles {
+  std::string file, output;
+  bool overlaps = false;
+  ColourArguments colours;
+};
+
+struct ExportArguments {
+  std::string file, output, format = "rig";
+};
+
+int run_colours(const ColourFiles& arguments) {
+  const ColourArguments& colours = arguments.colours;
+  Rig rig = rig_of(arguments.file);
+  if (arguments.overlaps && !(colours.corners.empty() && colours.grey.empty()))
+    throw Error(Error::Kind::bad_input, "--overlaps goes without --corners and --grey.");
+  std::cout << (arguments.overlaps ? match_overlaps(rig, colours.pictures)
+                                   : match_colours(rig, colours));
+  if (!arguments.output.empty()) write(rig, arguments.output);
+  return 0;
 }
 
-void add_plan_options(CommandLine& command, PlanArguments& arguments) {
-  PlanRequest& request = arguments.request;
-  command.option("--cameras", &request.cameras, "How many cameras, 2 to 64").shown();
-  command
-      .option("--stage", &arguments.stage,
-              "Where the person moves: WIDTHxDEPTHxHEIGHT (x, z, y), metres")
-      .shown();
-  command
-      .option("--picture", &arguments.picture,
-              "A camera's picture, WIDTHxHEIGHT px; 1080x1920 for cameras on their side")
-      .shown();
-  command.option("--fov", &request.fov, "Degrees from the left to the right edge of the picture")
-      .shown();
-  command.option("--distance", &arguments.distance,
-                 "Metres from the stage's axis to each camera, where a person in the middle "
-                 "must fit into the picture (default: as near as the whole stage fits)");
-  command.option(
-      "--room", &arguments.room,
-      "WIDTHxDEPTH (x, z) of the room around the stage, metres: cameras stand .3 m off its "
-      "walls, nearer than --distance where these are nearer");
-  command.option("--heights", &request.heights,
-                 "Heights at which cameras may stand, metres above the floor (default: 0.35, "
-                 "0.65 and 1 times the stage's height)");
-  command.option("--drawing", &arguments.drawing, "Draws the plan from above, an SVG file");
-  command.option("-o,--output", &arguments.output, "Writes a rig file to start from");
-}
+// A subcommand's options, and what runs once they are parsed.
+struct Subcommand {
+  CommandLine line;
+  std::function<int()> run;
+};
 
-}  // namespace
-
-int main(int count, char** values) {
-  CommandLine command("polyhull-rig",
-                      "Rig files: plan cameras, import other programs' calibrations, check them.");
-
-  ImportArguments arguments;
-  CommandLine import_command = command.subcommand(
+Subcommand import_subcommand(CommandLine& command) {
+  auto arguments = std::make_shared<ImportArguments>();
+  CommandLine line = command.subcommand(
       "import", "Turns a calibration into a rig file on standard output, or into --output.");
-  import_command
-      .option("format", &arguments.format,
+  line.option("format", &arguments->format,
               "middlebury (*_par.txt), pmatrices (3x4 matrices), text (name K distortion R t per "
               "line), opencv (XML or YAML per camera, or intrinsics and extrinsics of a stereo "
               "pair), bouguet (Calib_Results.m per camera), colmap (folder with cameras.txt and "
@@ -295,157 +252,224 @@ int main(int count, char** values) {
       .required()
       .one_of({"middlebury", "pmatrices", "text", "opencv", "bouguet", "colmap", "kalibr",
                "opentrackio"});
-  import_command.option("files", &arguments.files, "Files or folders to read").required();
-  import_command.option("--size", &arguments.size, "Size of the pictures, WIDTHxHEIGHT px");
-  import_command
-      .option("--bounds", &arguments.bounds,
+  line.option("files", &arguments->files, "Files or folders to read").required();
+  line.option("--size", &arguments->size, "Size of the pictures, WIDTHxHEIGHT px");
+  line.option("--bounds", &arguments->bounds,
               "Working volume: least x y z, greatest x y z, in the calibration's unit")
       .expected(6);
-  import_command.option("--up", &arguments.up, "Direction that points up: x y z (default 0 1 0)")
+  line.option("--up", &arguments->up, "Direction that points up: x y z (default 0 1 0)")
       .expected(3);
-  import_command.option("--unit", &arguments.unit,
-                        "Unit of the calibration: m, cm, mm, in, ft or a number of metres");
-  import_command.option("--names", &arguments.options.name,
-                        "Names for cameras without one (default cam%d)");
-  import_command.option("--first", &arguments.options.first,
-                        "Number of the first such camera (default 0)");
-  import_command.option("--board", &arguments.options.board,
-                        "bouguet: number of the board picture that is the world (default 1)");
-  import_command.flag("--prototype-axes", &arguments.options.prototype_axes,
-                      "bouguet: the world's x, y, z are y, -x, z of the board, as in the 2005 "
-                      "prototype");
-  import_command.option("-o,--output", &arguments.output, "File to write");
+  line.option("--unit", &arguments->unit,
+              "Unit of the calibration: m, cm, mm, in, ft or a number of metres");
+  line.option("--names", &arguments->options.name, "Names for cameras without one (default cam%d)");
+  line.option("--first", &arguments->options.first, "Number of the first such camera (default 0)");
+  line.option("--board", &arguments->options.board,
+              "bouguet: number of the board picture that is the world (default 1)");
+  line.flag("--prototype-axes", &arguments->options.prototype_axes,
+            "bouguet: the world's x, y, z are y, -x, z of the board, as in the 2005 "
+            "prototype");
+  line.option("-o,--output", &arguments->output, "File to write");
+  return {line, [arguments] { return run_import(*arguments); }};
+}
 
-  std::string file;
-  CommandLine check_command =
+Subcommand check_subcommand(CommandLine& command) {
+  auto arguments = std::make_shared<CheckArguments>();
+  CommandLine line =
       command.subcommand("check",
                          "Prints what is wrong with a rig file, a table of its cameras, how near a "
                          "person's hull will be "
                          "to the person, and where one camera more would bring most.");
-  check_command.option("file", &file, "The rig file; without one, the built-in rig");
-  std::vector<std::string> pictures;
-  MaskSettings mask;
-  check_command.option(
-      "--pictures", &pictures,
+  line.option("file", &arguments->file, "The rig file; without one, the built-in rig");
+  line.option(
+      "--pictures", &arguments->pictures,
       "CAMERA=FILE ...: pictures (PNG, JPEG) of one subject at one instant, to find cameras that "
       "contradict each other: masks (grey, or alpha) or pictures before a coloured screen; a FILE "
       "alone goes to the camera with whose name it begins, else to the next one without a picture");
-  check_command
-      .option("--keep-largest", &mask.keep_largest,
+  line.option("--keep-largest", &arguments->mask.keep_largest,
               "Looks at this many pieces of each picture's matte only, the largest; 0: all")
       .range(0, 1000)
       .shown();
-  check_command.option("--sigma", &mask.sigma, "Blur of the pictures' mattes, px")
+  line.option("--sigma", &arguments->mask.sigma, "Blur of the pictures' mattes, px")
       .range(0.0, 100.0)
       .shown();
+  line.flag("--no-forecast", &arguments->no_forecast,
+            "Leaves out the simulation, which takes seconds; so do --pictures");
+  return {line, [arguments] {
+            return run_check(arguments->file, arguments->pictures, arguments->mask,
+                             !arguments->no_forecast);
+          }};
+}
 
-  bool no_forecast = false;
-  check_command.flag("--no-forecast", &no_forecast,
-                     "Leaves out the simulation, which takes seconds; so do --pictures");
-
-  PlanArguments plan;
-  CommandLine plan_command = command.subcommand(
+Subcommand plan_subcommand(CommandLine& command) {
+  auto arguments = std::make_shared<PlanArguments>();
+  CommandLine line = command.subcommand(
       "plan",
       "Finds places for cameras around a stage, simulates a person there, prints what to "
       "expect.");
-  add_plan_options(plan_command, plan);
+  PlanRequest& request = arguments->request;
+  line.option("--cameras", &request.cameras, "How many cameras, 2 to 64").shown();
+  line.option("--stage", &arguments->stage,
+              "Where the person moves: WIDTHxDEPTHxHEIGHT (x, z, y), metres")
+      .shown();
+  line.option("--picture", &arguments->picture,
+              "A camera's picture, WIDTHxHEIGHT px; 1080x1920 for cameras on their side")
+      .shown();
+  line.option("--fov", &request.fov, "Degrees from the left to the right edge of the picture")
+      .shown();
+  line.option("--distance", &arguments->distance,
+              "Metres from the stage's axis to each camera, where a person in the middle "
+              "must fit into the picture (default: as near as the whole stage fits)");
+  line.option("--room", &arguments->room,
+              "WIDTHxDEPTH (x, z) of the room around the stage, metres: cameras stand .3 m off its "
+              "walls, nearer than --distance where these are nearer");
+  line.option("--heights", &request.heights,
+              "Heights at which cameras may stand, metres above the floor (default: 0.35, "
+              "0.65 and 1 times the stage's height)");
+  line.option("--drawing", &arguments->drawing, "Draws the plan from above, an SVG file");
+  line.option("-o,--output", &arguments->output, "Writes a rig file to start from");
+  return {line, [arguments] {
+            const Rig rig = run_plan(*arguments);
+            if (!arguments->output.empty()) write(rig, arguments->output);
+            return 0;
+          }};
+}
 
-  std::string refined, refine_output;
-  RefineArguments refine;
-  CommandLine refine_command = command.subcommand(
+Subcommand refine_subcommand(CommandLine& command) {
+  auto arguments = std::make_shared<RefineFiles>();
+  CommandLine line = command.subcommand(
       "refine",
       "Finds where cameras really stand, from pictures of somebody who walked between them, all "
       "cameras at the same instants.");
-  refine_command.option("file", &refined, "The rig file").required();
-  refine_command
-      .option("--pictures", &refine.folders,
+  line.option("file", &arguments->file, "The rig file").required();
+  line.option("--pictures", &arguments->refine.folders,
               "CAMERA=FOLDER ...: each camera's pictures (PNG, JPEG; masks or before a "
               "coloured screen), whose names end in the number of their instant; 20 instants "
               "and more, all over the stage")
       .required();
-  refine_command.option("--only", &refine.only,
-                        "CAMERA ...: only these move, as one that was bumped");
-  refine_command.option("--keep-largest", &refine.mask.keep_largest, "As of check")
+  line.option("--only", &arguments->refine.only,
+              "CAMERA ...: only these move, as one that was bumped");
+  line.option("--keep-largest", &arguments->refine.mask.keep_largest, "As of check")
       .range(0, 1000)
       .shown();
-  refine_command.option("-o,--output", &refine_output, "The new rig file").required();
+  line.option("-o,--output", &arguments->output, "The new rig file").required();
+  return {line, [arguments] {
+            write(refine_rig(rig_of(arguments->file), arguments->refine), arguments->output);
+            return 0;
+          }};
+}
 
-  LevelArguments level;
-  CommandLine level_command = command.subcommand(
+Subcommand level_subcommand(CommandLine& command) {
+  auto arguments = std::make_shared<LevelArguments>();
+  CommandLine line = command.subcommand(
       "level", "Makes the world stand on the floor, y up, with bounds that begin there.");
-  add_level_options(level_command, level);
+  line.option("file", &arguments->file, "The rig file").required();
+  line.option("--floor-points", &arguments->floor_points,
+              "A text file of three points on the floor or more, lines of POINT CAMERA U V (px), "
+              "each point in two cameras or more: the first becomes the origin, x points to the "
+              "second");
+  line.option("--points", &arguments->points,
+              "X Y Z X Y Z X Y Z ...: the same points by their places in the rig's world");
+  line.option("--floor", &arguments->height, "The floor's height along up, in the rig's world");
+  line.option(
+      "--pictures", &arguments->pictures,
+      "CAMERA=FILE ...: somebody who stands on the floor, as for check; up must be right. With "
+      "--board one or more pictures of the board");
+  const Option board = line.option(
+      "--board", &arguments->board.size,
+      "The pictures show a board that lies on the floor, face up, with COLUMNSxROWS inner "
+      "corners: its middle becomes the origin, x points along its columns");
+  line.option("--square", &arguments->board.square, "Side of a square of the board, mm")
+      .needs(board);
+  line.option("--charuco", &arguments->board.charuco,
+              "The board is a ChArUco board with markers of this dictionary, such as 4X4_100")
+      .needs(board);
+  line.option("--marker", &arguments->board.marker,
+              "ChArUco: side of a marker, mm (default: 3/4 square)")
+      .needs(board);
+  line.option("--thickness", &arguments->thickness, "Of the board, mm").shown().needs(board);
+  line.option("--keep-largest", &arguments->mask.keep_largest, "As of check")
+      .range(0, 1000)
+      .shown();
+  line.option("--up", &arguments->up,
+              "Direction that points up in the rig's world: x y z (default: as the rig says; of "
+              "points, where the cameras are)")
+      .expected(3);
+  line.option("--origin", &arguments->origin,
+              "x y z in the rig's world: the new origin is the floor's point below (default: the "
+              "first point, or below the middle of the stage)")
+      .expected(3);
+  line.option("--unit", &arguments->request.unit,
+              "Unit of the rig's lengths, which stay as they are: m, cm, mm, in, ft or a number "
+              "of metres (default: as the rig says)");
+  line.option("--stage", &arguments->request.stage,
+              "The bounds, around the origin from the floor up: WIDTHxDEPTHxHEIGHT (x, z, y), "
+              "metres (default: .7 of the cameras' distance to each side)");
+  line.option("-o,--output", &arguments->output, "The new rig file").required();
+  return {line, [arguments] { return run_level(*arguments); }};
+}
 
-  std::string coloured, colours_output;
-  bool overlaps = false;
-  ColourArguments colours;
-  CommandLine colours_command = command.subcommand(
+Subcommand colours_subcommand(CommandLine& command) {
+  auto arguments = std::make_shared<ColourFiles>();
+  CommandLine line = command.subcommand(
       "colours",
       "Prints how far the cameras' colours lie apart (CIEDE2000) on a colour checker of 24 "
       "patches or a grey card, and the 3x3 matrix for linear light that brings each to the "
       "reference; writes the rig file with these matrices, which hulltexture and composite apply.");
-  colours_command.option("file", &coloured, "The rig file").required();
-  colours_command
-      .option("--pictures", &colours.pictures,
+  line.option("file", &arguments->file, "The rig file").required();
+  line.option("--pictures", &arguments->colours.pictures,
               "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart, card or subject")
       .required();
-  colours_command.option(
-      "--corners", &colours.corners,
-      "CAMERA=X,Y,X,Y,X,Y,X,Y ...: the outer corners of the patches dark skin, bluish "
-      "green, black and white in the camera's picture, px");
-  colours_command.option("--grey", &colours.grey,
-                         "CAMERA=LEFT,TOP,RIGHT,BOTTOM ...: instead of --corners a rectangle "
-                         "within a grey card, px; a gain for each channel comes of it");
-  colours_command
-      .option(
-          "--reference", &colours.reference,
+  line.option("--corners", &arguments->colours.corners,
+              "CAMERA=X,Y,X,Y,X,Y,X,Y ...: the outer corners of the patches dark skin, bluish "
+              "green, black and white in the camera's picture, px");
+  line.option("--grey", &arguments->colours.grey,
+              "CAMERA=LEFT,TOP,RIGHT,BOTTOM ...: instead of --corners a rectangle "
+              "within a grey card, px; a gain for each channel comes of it");
+  line.option(
+          "--reference", &arguments->colours.reference,
           "mean of the cameras, chart (its published values; of a card: grey) or a camera's name")
       .shown();
-  colours_command.flag("--overlaps", &overlaps,
-                       "Instead of --corners: by what cameras see of the same places of a "
-                       "subject. The pictures are of one instant, with its matte in their alpha "
-                       "(PNG); a gain for each channel is added to the rig's matrices");
-  colours_command.option("-o,--output", &colours_output,
-                         "The rig file to write, with the matrices (`colour` of each camera)");
+  line.flag("--overlaps", &arguments->overlaps,
+            "Instead of --corners: by what cameras see of the same places of a "
+            "subject. The pictures are of one instant, with its matte in their alpha "
+            "(PNG); a gain for each channel is added to the rig's matrices");
+  line.option("-o,--output", &arguments->output,
+              "The rig file to write, with the matrices (`colour` of each camera)");
+  return {line, [arguments] { return run_colours(*arguments); }};
+}
 
-  std::string exported, export_output, export_format = "rig";
-  CommandLine export_command = command.subcommand(
+Subcommand export_subcommand(CommandLine& command) {
+  auto arguments = std::make_shared<ExportArguments>();
+  CommandLine line = command.subcommand(
       "export",
       "Writes the built-in rig, or a normalised copy of a rig file (K, R and t instead of P, true "
       "rotations, up and unit written out), to standard output or into --output; or the cameras "
       "for "
       "other programs.");
-  export_command.option("file", &exported, "The rig file; without one, the built-in rig");
-  export_command
-      .option("--format", &export_format,
+  line.option("file", &arguments->file, "The rig file; without one, the built-in rig");
+  line.option("--format", &arguments->format,
               "rig, opencv (a YAML file per camera), colmap (cameras.txt, images.txt), kalibr "
               "(camchain.yaml)")
       .one_of({"rig", "opencv", "colmap", "kalibr"})
       .shown();
-  export_command.option("-o,--output", &export_output,
-                        "File to write; of opencv and colmap the folder, which is made");
+  line.option("-o,--output", &arguments->output,
+              "File to write; of opencv and colmap the folder, which is made");
+  return {line, [arguments] {
+            run_export(rig_of(arguments->file), arguments->format, arguments->output);
+            return 0;
+          }};
+}
 
+}  // namespace
+
+int main(int count, char** values) {
+  CommandLine command("polyhull-rig",
+                      "Rig files: plan cameras, import other programs' calibrations, check them.");
+  const Subcommand subcommands[] = {import_subcommand(command), check_subcommand(command),
+                                    plan_subcommand(command),   refine_subcommand(command),
+                                    level_subcommand(command),  colours_subcommand(command),
+                                    export_subcommand(command)};
   return command.run(count, values, [&] {
-    if (import_command.given()) return run_import(arguments);
-    if (check_command.given()) return run_check(file, pictures, mask, !no_forecast);
-    if (plan_command.given()) {
-      const Rig rig = run_plan(plan);
-      if (!plan.output.empty()) write(rig, plan.output);
-      return 0;
-    }
-    if (level_command.given()) return run_level(level);
-    if (refine_command.given()) {
-      write(refine_rig(rig_of(refined), refine), refine_output);
-      return 0;
-    }
-    if (colours_command.given()) {
-      Rig rig = rig_of(coloured);
-      if (overlaps && !(colours.corners.empty() && colours.grey.empty()))
-        throw Error(Error::Kind::bad_input, "--overlaps goes without --corners and --grey.");
-      std::cout << (overlaps ? match_overlaps(rig, colours.pictures) : match_colours(rig, colours));
-      if (!colours_output.empty()) write(rig, colours_output);
-      return 0;
-    }
-    run_export(rig_of(exported), export_format, export_output);
-    return 0;
+    return std::ranges::find_if(subcommands, [](const auto& s) { return s.line.given(); })->run();
   });
 }
