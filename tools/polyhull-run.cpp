@@ -330,87 +330,109 @@ bool report_all(const Run& run, double wall, double cpu, const std::string& json
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  polyhull::CommandLine command(
-      "polyhull-run", "Runs a pipeline as gst-launch-1.0 does and prints where the time went.");
+struct Options {
   std::vector<std::string> words;
-  std::string json_path;
-  Run run;
-  command.option("pipeline", &words, "The pipeline in gst-launch-1.0's syntax").required();
-  command.option("--json", &json_path, "Also write the figures to this file");
+  std::string json_path, studio, clock_server;
+  int clock_port = 0;
+};
+
+void add_options(polyhull::CommandLine& command, Options& options, Run& run) {
+  command.option("pipeline", &options.words, "The pipeline in gst-launch-1.0's syntax").required();
+  command.option("--json", &options.json_path, "Also write the figures to this file");
   command.flag("--quiet", &run.quiet, "No progress line");
   command.option("--count", &run.count_at,
                  "Name of the element whose buffers count as frames (default: the busiest sink)");
   command.flag("--brief", &run.brief, "Only the last line of the figures");
-  std::string studio;
-  command.option("--studio", &studio, "Settings of the elements, a studio file (docs/studio.md)");
+  command.option("--studio", &options.studio,
+                 "Settings of the elements, a studio file (docs/studio.md)");
   command.option("--save-studio", &run.studio_path,
                  "Saves the settings at the end (Ctrl-C is one) here; SIGUSR1 saves them while it "
                  "runs, without this "
                  "option into --studio's file");
-  int clock_port = 0;
-  std::string clock_server;
   const polyhull::Option server =
       command
-          .option("--clock-server", &clock_port,
+          .option("--clock-server", &options.clock_port,
                   "Gives this machine's clock to others on this UDP port; running time is the "
                   "clock's")
           .range(1, 65535);
   command
-      .option("--clock", &clock_server,
+      .option("--clock", &options.clock_server,
               "HOST:PORT of a machine that gives its clock, or ptp or ptp:DOMAIN for the "
               "network's PTP clock; running time is that clock's")
       .excludes(server);
-  if (const auto status = command.parse(argc, argv)) return *status;
+}
 
-  gst_init(nullptr, nullptr);
-  polyhull::start_profile(run.count_at);
+// Null, and says why, where the words make no pipeline.
+GstElement* pipeline_of(const std::vector<std::string>& words) {
   std::vector<const char*> arguments;
   for (const std::string& word : words) arguments.push_back(word.c_str());
   arguments.push_back(nullptr);
   g_autoptr(GError) error = nullptr;
-  run.pipeline = gst_parse_launchv(arguments.data(), &error);
-  if (!run.pipeline || error) {
+  GstElement* parsed = gst_parse_launchv(arguments.data(), &error);
+  if (!parsed || error) {
     std::fprintf(stderr, "polyhull-run: the pipeline cannot be built: %s\n",
                  error ? error->message : "");
-    return 1;
+    return nullptr;
   }
-  if (!GST_IS_PIPELINE(run.pipeline)) {  // a single element
-    GstElement* pipeline = gst_pipeline_new(nullptr);
-    gst_bin_add(GST_BIN(pipeline), run.pipeline);
-    run.pipeline = pipeline;
-  }
-  const bool save_at_end = !run.studio_path.empty();
-  if (!open_studio(run, studio)) {
-    gst_object_unref(run.pipeline);
-    return 1;
-  }
-  GstObject* clock_provider = nullptr;
+  if (GST_IS_PIPELINE(parsed)) return parsed;
+  GstElement* pipeline = gst_pipeline_new(nullptr);  // around a single element
+  gst_bin_add(GST_BIN(pipeline), parsed);
+  return pipeline;
+}
+
+// Puts the pipeline on the clock that the options name, or gives its own to others, which \p provider then
+// does; false, and says why, where that fails.
+bool set_clock(Run& run, const Options& options, GstObject*& provider) {
   try {
-    clock_provider = share_clock(run.pipeline, clock_port, clock_server);
-    if (!clock_server.empty()) {
+    provider = share_clock(run.pipeline, options.clock_port, options.clock_server);
+    if (!options.clock_server.empty()) {
       g_autoptr(GstClock) clock = gst_pipeline_get_pipeline_clock(GST_PIPELINE(run.pipeline));
-      run.clock.emplace(clock, clock_server);
+      run.clock.emplace(clock, options.clock_server);
     }
+    return true;
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "polyhull-run: %s\n", failure.what());
-    gst_object_unref(run.pipeline);
-    return 1;
+    return false;
   }
+}
+
+// Plays the pipeline to its end and reports; false where one of them failed.
+bool play(Run& run, const Options& options) {
   std::signal(SIGINT, request_end);
   std::signal(SIGTERM, request_end);
   run.watch = {};
   const double cpu = process_cpu_seconds();
   run_to_end(run);
   const double wall = run.watch.seconds();
-  const bool reported = run.failed || report_all(run, wall, process_cpu_seconds() - cpu, json_path);
+  return !run.failed && report_all(run, wall, process_cpu_seconds() - cpu, options.json_path);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  polyhull::CommandLine command(
+      "polyhull-run", "Runs a pipeline as gst-launch-1.0 does and prints where the time went.");
+  Options options;
+  Run run;
+  add_options(command, options, run);
+  if (const auto status = command.parse(argc, argv)) return *status;
+
+  gst_init(nullptr, nullptr);
+  polyhull::start_profile(run.count_at);
+  run.pipeline = pipeline_of(options.words);
+  if (!run.pipeline) return 1;
+  const bool save_at_end = !run.studio_path.empty();
+  GstObject* clock_provider = nullptr;
+  if (!open_studio(run, options.studio) || !set_clock(run, options, clock_provider)) {
+    gst_object_unref(run.pipeline);
+    return 1;
+  }
+  const bool played = play(run, options);
   save_requested = save_requested || save_at_end;
   const bool saved = save_if_requested(run);
   run.clock.reset();
   gst_element_set_state(run.pipeline, GST_STATE_NULL);
   gst_object_unref(run.pipeline);
   gst_clear_object(&clock_provider);
-  return run.failed || !reported || !saved ? 1 : 0;
+  return played && saved ? 0 : 1;
 }
