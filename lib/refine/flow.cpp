@@ -59,11 +59,8 @@ void add_one(const float* __restrict a, int count, float weight, float* __restri
 
 void correct_row(const float* __restrict hull, const float* __restrict correction, int count,
                  float* __restrict f) {
-  for (int x = 0; x < count; ++x) {
-    const float moved =
-        std::clamp(std::min(f[x] + correction[x], hull[x] + above_hull), outside, deepest);
-    f[x] = hull[x] <= outside - 0.4f ? outside : moved;
-  }
+  for (int x = 0; x < count; ++x)
+    f[x] = std::clamp(std::min(f[x] + correction[x], hull[x] + above_hull), outside, deepest);
 }
 
 /// Slabs that are worth a piece of work of their own.

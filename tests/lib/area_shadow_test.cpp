@@ -25,8 +25,7 @@ struct Stage {
   RenderPlan plan;
   SceneLayer layer;
 
-  Stage(int width, int height) {
-    scene = synthetic::small_room(false);
+  Stage(int width, int height, Scene room = synthetic::small_room(false)) : scene(std::move(room)) {
     mesh.hull = synthetic::figure(20);
     traced = std::make_unique<TracedScene>(scene);
     frame.width = width;
@@ -116,6 +115,39 @@ Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& exp
   std::sort(all.begin(), all.end());
   out.p99 = all[all.size() * 99 / 100];
   return out;
+}
+
+// A plate right below the lamp takes all of its light, so subjects take none.
+TEST(AreaShadow, TheSceneHidesTheLampFromCloseBy) {
+  Scene room = synthetic::small_room(false);
+  const Light& lamp = room.lights[0];
+  const Vec3f below = lamp.centre - Vec3f(0.0f, 0.1f, 0.0f);
+  SceneMesh plate;
+  for (const Vec2f& at : {Vec2f(-1, -1), Vec2f(1, -1), Vec2f(1, 1), Vec2f(-1, 1)})
+    plate.positions.push_back(below + 2.5f * (at.x * lamp.u + at.y * lamp.v));
+  plate.normals.assign(4, {0.0f, -1.0f, 0.0f});
+  plate.triangles = {0, 1, 2, 0, 2, 3};
+  room.meshes.push_back(plate);
+  Stage stage(320, 180, room), open(320, 180);
+  const auto taken = [](Stage& shaded) {
+    float most = 0.0f;
+    ShadowCasters casters;
+    const ShadowRecipe recipe = shadow_recipe({}, shaded.light());
+    casters.set(shaded.plan, shaded.light(), recipe, false);
+    AreaShadow shadow;
+    const ShadowView view{shaded.layer, Vec3f(shaded.plan.eye), PixelRays(shaded.frame.viewport)};
+    shadow.begin(casters, view, shaded.light(), recipe, {0, 0, 320, 180});
+    shadow.draw(casters, *shaded.traced, view, shaded.light());
+    for (int y = 60; y < 180; y += 4)
+      for (int x = 0; x < 320; x += 16) {
+        float row[16] = {};
+        shadow.taken(shaded.layer, x, y, row);
+        most = std::max(most, *std::max_element(std::begin(row), std::end(row)));
+      }
+    return most;
+  };
+  EXPECT_GT(taken(open), 0.0f);
+  EXPECT_EQ(taken(stage), 0.0f);
 }
 
 TEST(AreaShadow, ConvergesToTheLampsShadow) {

@@ -162,11 +162,12 @@ class Ring {
   /// What \p balance makes of it, without camera \p missing.
   std::vector<Vec3f> gains(ColourBalance& balance, std::optional<double> time,
                            double constant = 2.0, std::size_t missing = ~std::size_t{0},
-                           int threads = 1) const {
+                           int threads = 1, bool backwards = false) const {
     std::vector<FillPicture> pictures;
     std::vector<Camera> cameras;
     std::vector<std::string_view> names;
-    for (std::size_t k = 0; k < size(); ++k) {
+    for (std::size_t i = 0; i < size(); ++i) {
+      const std::size_t k = backwards ? size() - 1 - i : i;
       if (k == missing) continue;
       const View& view = made_.mesh.views[k].view;
       pictures.push_back({view.roi, view.stride, view.pixels});
@@ -174,7 +175,7 @@ class Ring {
       names.push_back(cameras_[k].name);
     }
     const Texturing texturing =
-        cameras.size() == size()
+        cameras.size() == size() && !backwards
             ? texturing_
             : texture_hull(ball_, cameras, {.metric = TextureMetric::camera_normal});
     return balance.update(ball_, {cameras, pictures, texturing, threads}, names, time, constant);
@@ -231,6 +232,19 @@ TEST(ColourBalance, BeginsAnewWhereTimeGoesBack) {
     ring.set(0, Vec3f(1.0f - 0.1f * static_cast<float>(i)));
     EXPECT_EQ(ring.gains(untimed, std::nullopt), ring.gains(timed, 0.04 * i)) << i;
   }
+}
+
+// A camera is known by its name, in which order ever the views come.
+TEST(ColourBalance, OrderOfTheViewsDoesNotCount) {
+  Ring ring;
+  ring.set(1, darker);
+  ring.set(4, {0.9f, 0.8f, 1.0f});
+  ColourBalance balance;
+  const std::vector<Vec3f> first = ring.gains(balance, 1.0);
+  const std::vector<Vec3f> turned = ring.gains(balance, 4.0, 2.0, ~std::size_t{0}, 1, true);
+  for (std::size_t k = 0; k < ring.size(); ++k)
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(turned[ring.size() - 1 - k][c], first[k][c], 1e-3f) << k;
 }
 
 // A camera that is missing for a while leaves the others' gains alone, and has its own when it returns.

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "backend.h"
+#include "render/subject/view_weights.h"
 #include "shot.h"
 #include "texture/texture_hull.h"
 
@@ -91,6 +92,33 @@ class Drawer {
   std::shared_ptr<const Scene> scene_ =
       std::make_shared<const Scene>(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))));
 };
+
+// Where no camera is as fine as the viewport, the finest loses nothing, and how much finer the viewport is
+// does not count.
+TEST(ViewWeights, TheFinestOfCoarseCamerasLosesNothing) {
+  std::vector<Camera> cameras = ring(6);
+  for (std::size_t k = 0; k < cameras.size(); ++k)
+    cameras[k].K[0][0] = cameras[k].K[1][1] *= 1.0 - 0.1 * static_cast<double>(k);
+  const PlainBall ball(cameras, {.metric = TextureMetric::lumigraph});
+  const Mesh& mesh = ball.photographed.mesh;
+  const auto weights = [&](double pixel_size) {
+    return ViewWeights(mesh, {{0.3, 1.2, 2.0}, pixel_size});
+  };
+  const ViewWeights coarse = weights(1.0), fine = weights(1e-5), finer = weights(1e-6);
+  std::size_t seen = 0;
+  for (std::size_t v = 0; v < mesh.hull.vertices.size(); ++v) {
+    float kept = 0.0f;  // the largest share of its weight that a view has kept
+    for (std::size_t k = 0; k < cameras.size(); ++k) {
+      EXPECT_NEAR(fine(v, k), finer(v, k), 1e-4f * coarse(v, k)) << v;
+      EXPECT_LE(fine(v, k), 1.0001f * coarse(v, k)) << v;
+      if (coarse(v, k) > 0.0f) kept = std::max(kept, fine(v, k) / coarse(v, k));
+    }
+    if (kept == 0.0f) continue;
+    ++seen;
+    EXPECT_NEAR(kept, 1.0f, 1e-4f) << v;
+  }
+  EXPECT_GT(seen, 500u);
+}
 
 /// The blend by its definition: the \p best largest weights less the next one.
 Vec3f blended(const std::vector<float>& weights, std::size_t best) {

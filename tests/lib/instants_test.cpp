@@ -257,6 +257,22 @@ TEST(Instants, ViewsThatWaitedThroughAPauseDoNotHideIt) {
     }
 }
 
+// A view of before waited through the first pause; the next one was taken after the second.
+TEST(Instants, TwoPausesInARowAddUp) {
+  Instants instants;
+  for (int i = 0; i < 60; ++i)
+    for (int c = 0; c < 2; ++c) {
+      const std::int64_t stood = i < 30 ? 0 : i == 30 ? 8 * second : 13 * second;
+      ArrivalTimes now = at(i * frame, boot + stood);
+      now.monotonic += stood;
+      const std::int64_t paused = i > 30 ? stood : 0;
+      const auto placed = instants.place(
+          camera(c), taken(i * frame, hour + i * frame + paused, CaptureClock::ptp), now);
+      EXPECT_EQ(placed.time, i * frame) << c << " " << i;
+      EXPECT_EQ(placed.jump, 0);
+    }
+}
+
 TEST(Instants, OneCamerasOldViewsMeetThePauseThatAnotherHasShown) {
   Instants instants;
   constexpr std::int64_t pause = 8 * second;

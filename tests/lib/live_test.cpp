@@ -194,6 +194,27 @@ TEST(PaceKeeper, FollowsTheSparserDecision) {
   EXPECT_FALSE(keeper.too_late(second));
 }
 
+// A decision holds from where sources can still follow it: two frames ahead of all that is on its way, whether
+// views come late, or early as from files.
+TEST(PaceKeeper, DecidesAheadOfWhatIsOnItsWay) {
+  for (const std::int64_t late : {120 * ms, -300 * ms}) {
+    PaceKeeper keeper;
+    keeper.start();
+    std::int64_t time = second, now = 0;
+    for (; keeper.step() == 1 && time < 60 * second; time += frame) {
+      now = time + late;
+      keeper.note(now, time, frame, true);
+    }
+    time -= frame;  // the last one noted
+    ASSERT_EQ(keeper.step(), 2u);
+    std::uint64_t version = 0;
+    const std::int64_t from = keeper.change(version).from, ahead = std::max(now, time);
+    EXPECT_GE(from, ahead + 2 * frame) << late;
+    EXPECT_LE(from, ahead + 2 * frame + 200 * ms) << late;
+    for (std::int64_t at = time; at < from; at += frame) EXPECT_TRUE(keeper.wanted(at)) << at;
+  }
+}
+
 TEST(PaceFilter, LeavesOutWhatIsUnwantedOrTooLate) {
   PaceFilter filter;
   EXPECT_TRUE(filter.wanted(second, 100 * second));

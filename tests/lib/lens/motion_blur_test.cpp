@@ -147,6 +147,17 @@ TEST(MotionBlur, MovesOnlyWhereTheViewportDoes) {
   EXPECT_FALSE(MotionBlur::moves(still, shutter));
 }
 
+// What moves by less than a tenth of a pixel while the shutter is open is not seen to move.
+TEST(MotionBlur, TheShuttersShareOfAMotionIsSeen) {
+  Move slow{"slow", {0, 0, 0}, {1e-5, 0, 0}, 0, 1.0, 0.0};
+  const Camera camera = viewport_at(slow, 0.0);
+  while (!MotionBlur::moves(camera, shutter_of(slow))) slow.target *= 1.2;
+  slow.share = 0.5;
+  EXPECT_FALSE(MotionBlur::moves(camera, shutter_of(slow)));
+  slow.target *= 2.0;
+  EXPECT_TRUE(MotionBlur::moves(camera, shutter_of(slow)));
+}
+
 // What was blurred before, and on how many threads, changes nothing.
 TEST(MotionBlur, RemembersNothing) {
   MotionBlur blur;

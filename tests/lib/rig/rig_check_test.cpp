@@ -119,6 +119,13 @@ TEST(RigCheck, BoundsThatDoNotFitAreNoted) {
         r.bounds->max *= 0.001;
       },
       {"0.0024 x 0.0023 x 0.0024 m", "too small", "another unit"});
+  for (const double factor : {10.0, 39.37, 100.0, 0.01})
+    expect_noted(
+        [&](Rig& r) {
+          r.bounds->min *= factor;
+          r.bounds->max *= factor;
+        },
+        {factor > 1.0 ? "too large" : "too small"});
   expect_noted(
       [](Rig& r) {
         r.bounds->min.x += 9.0;
