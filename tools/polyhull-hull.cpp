@@ -2,6 +2,7 @@
 // Hulls without a pipeline: from a scene file (rig and silhouettes), or from a rig and mask
 // pictures, to a mesh file; prints what was made and how long each phase took.
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -73,7 +74,85 @@ struct Phase {
   const char* name;
   double HullStatistics::*seconds;
   std::vector<double> samples{};
+
+  double median_ms() const { return median(samples) * 1e3; }
 };
+
+// A scene's hull and how long it took, each time.
+struct Measured {
+  HullBuilder builder;
+  const Hull* hull = nullptr;
+  std::vector<double> totals;
+  std::array<Phase, 5> phases{{{"prepare", &HullStatistics::seconds_prepare},
+                               {"scene", &HullStatistics::seconds_scene},
+                               {"faces", &HullStatistics::seconds_faces},
+                               {"assemble", &HullStatistics::seconds_assemble},
+                               {"triangulate", &HullStatistics::seconds_triangulate}}};
+
+  double median_ms() const { return median(totals) * 1e3; }
+  double exact_share() const {
+    const HullStatistics& statistics = builder.statistics();
+    return statistics.predicates
+               ? double(statistics.exact_predicates) / double(statistics.predicates)
+               : 0.0;
+  }
+};
+
+void build(const HullScene& scene, const HullOptions& options, int repeat, Measured& out) {
+  const std::vector<Silhouette> views = scene.views();
+  for (int i = 0; i < repeat; ++i) {
+    const Stopwatch watch;
+    out.hull = &out.builder.build(views, options);
+    out.totals.push_back(watch.seconds());
+    for (Phase& phase : out.phases)
+      phase.samples.push_back(out.builder.statistics().*phase.seconds);
+  }
+}
+
+void write_hull(const HullScene& scene, const Hull& hull, const std::string& path) {
+  Mesh mesh;
+  mesh.up = scene.rig.up;
+  mesh.metres_per_unit = scene.rig.metres_per_unit();
+  mesh.hull = hull;
+  write_mesh_file(mesh, path);
+}
+
+void print_json(const HullScene& scene, const Measured& measured, const HullOptions& options) {
+  const Hull& hull = *measured.hull;
+  nlohmann::ordered_json report{{"name", scene.name},
+                                {"cameras", scene.rig.cameras.size()},
+                                {"contour_vertices", scene.contour_vertices()},
+                                {"threads", options.threads},
+                                {"repeat", measured.totals.size()},
+                                {"median_ms", measured.median_ms()}};
+  for (const Phase& phase : measured.phases) report["phases_ms"][phase.name] = phase.median_ms();
+  report["vertices"] = hull.vertices.size();
+  report["triangles"] = hull.triangles.size() / 3;
+  report["faces"] = hull.faces.size();
+  report["closed"] = is_closed(hull);
+  report["volume"] = enclosed_volume(hull);
+  report["sliver_share"] = sliver_share(hull);
+  report["predicates"] = measured.builder.statistics().predicates;
+  report["exact_predicate_share"] = measured.exact_share();
+  if (scene.reference_volume) report["reference_volume"] = *scene.reference_volume;
+  std::printf("%s\n", report.dump(2).c_str());
+}
+
+void print(const HullScene& scene, const Measured& measured, const HullOptions& options) {
+  const Hull& hull = *measured.hull;
+  std::printf("%s: %zu cameras, %zu contour vertices\n", scene.name.c_str(),
+              scene.rig.cameras.size(), scene.contour_vertices());
+  std::printf("%zu vertices, %zu triangles, %zu faces, %s, volume %.9g %s^3, %.2f %% slivers\n",
+              hull.vertices.size(), hull.triangles.size() / 3, hull.faces.size(),
+              is_closed(hull) ? "closed" : "NOT CLOSED", enclosed_volume(hull),
+              scene.rig.unit.c_str(), 100 * sliver_share(hull));
+  std::printf("%.3f ms (median of %zu, %d threads):", measured.median_ms(), measured.totals.size(),
+              options.threads);
+  for (const Phase& phase : measured.phases) std::printf(" %s %.3f", phase.name, phase.median_ms());
+  std::printf("\n%.4f %% of %llu predicates needed exact arithmetic\n",
+              measured.exact_share() * 100,
+              static_cast<unsigned long long>(measured.builder.statistics().predicates));
+}
 
 int run(const Arguments& arguments) {
   if (arguments.scene.empty() && arguments.rig.empty())
@@ -87,66 +166,10 @@ int run(const Arguments& arguments) {
   options.bounds = read_bounds(arguments.bounds, scene.rig);
   options.reuse = false;  // each repetition is to be a whole hull
   set_pool_threads(options.threads);
-  const std::vector<Silhouette> views = scene.views();
-
-  Phase phases[] = {{"prepare", &HullStatistics::seconds_prepare},
-                    {"scene", &HullStatistics::seconds_scene},
-                    {"faces", &HullStatistics::seconds_faces},
-                    {"assemble", &HullStatistics::seconds_assemble},
-                    {"triangulate", &HullStatistics::seconds_triangulate}};
-  HullBuilder builder;
-  std::vector<double> totals;
-  const Hull* hull = nullptr;
-  for (int i = 0; i < arguments.repeat; ++i) {
-    const Stopwatch watch;
-    hull = &builder.build(views, options);
-    totals.push_back(watch.seconds());
-    for (Phase& phase : phases) phase.samples.push_back(builder.statistics().*phase.seconds);
-  }
-  if (!arguments.output.empty()) {
-    Mesh mesh;
-    mesh.up = scene.rig.up;
-    mesh.metres_per_unit = scene.rig.metres_per_unit();
-    mesh.hull = *hull;
-    write_mesh_file(mesh, arguments.output);
-  }
-
-  const HullStatistics& statistics = builder.statistics();
-  const double exact_share =
-      statistics.predicates ? double(statistics.exact_predicates) / double(statistics.predicates)
-                            : 0.0;
-  nlohmann::ordered_json report{{"name", scene.name},
-                                {"cameras", scene.rig.cameras.size()},
-                                {"contour_vertices", scene.contour_vertices()},
-                                {"threads", options.threads},
-                                {"repeat", arguments.repeat},
-                                {"median_ms", median(totals) * 1e3}};
-  for (const Phase& phase : phases) report["phases_ms"][phase.name] = median(phase.samples) * 1e3;
-  report["vertices"] = hull->vertices.size();
-  report["triangles"] = hull->triangles.size() / 3;
-  report["faces"] = hull->faces.size();
-  report["closed"] = is_closed(*hull);
-  report["volume"] = enclosed_volume(*hull);
-  report["sliver_share"] = sliver_share(*hull);
-  report["predicates"] = statistics.predicates;
-  report["exact_predicate_share"] = exact_share;
-  if (scene.reference_volume) report["reference_volume"] = *scene.reference_volume;
-  if (arguments.json) {
-    std::printf("%s\n", report.dump(2).c_str());
-    return 0;
-  }
-  std::printf("%s: %zu cameras, %zu contour vertices\n", scene.name.c_str(),
-              scene.rig.cameras.size(), scene.contour_vertices());
-  std::printf("%zu vertices, %zu triangles, %zu faces, %s, volume %.9g %s^3, %.2f %% slivers\n",
-              hull->vertices.size(), hull->triangles.size() / 3, hull->faces.size(),
-              is_closed(*hull) ? "closed" : "NOT CLOSED", enclosed_volume(*hull),
-              scene.rig.unit.c_str(), 100 * sliver_share(*hull));
-  std::printf("%.3f ms (median of %d, %d threads):", median(totals) * 1e3, arguments.repeat,
-              options.threads);
-  for (const Phase& phase : phases)
-    std::printf(" %s %.3f", phase.name, median(phase.samples) * 1e3);
-  std::printf("\n%.4f %% of %llu predicates needed exact arithmetic\n", exact_share * 100,
-              static_cast<unsigned long long>(statistics.predicates));
+  Measured measured;
+  build(scene, options, arguments.repeat, measured);
+  if (!arguments.output.empty()) write_hull(scene, *measured.hull, arguments.output);
+  (arguments.json ? print_json : print)(scene, measured, options);
   return 0;
 }
 

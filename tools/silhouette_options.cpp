@@ -43,77 +43,89 @@ FrameView FrameMemory::view() const {
   return v;
 }
 
-FrameMemory pack(const Picture& picture, const std::string& format) {
-  FrameMemory out;
-  const int w = out.width = picture.width, h = out.height = picture.height;
-  const auto allocate = [&](int plane, int stride, int rows) {
-    out.strides[plane] = stride;
-    out.planes[plane].resize(static_cast<std::size_t>(stride) * rows);
-  };
-  if (format == "RGB" || format == "RGBx" || format == "BGRx") {
-    const int step = format == "RGB" ? 3 : 4;
-    const bool reversed = format == "BGRx";
-    out.format = format == "RGB" ? FrameFormat::rgb
-                 : reversed      ? FrameFormat::bgrx
-                                 : FrameFormat::rgbx;
-    allocate(0, w * step, h);
-    for (int y = 0; y < h; ++y)
-      for (int x = 0; x < w; ++x)
-        for (int c = 0; c < 3; ++c)
-          out.planes[0][static_cast<std::size_t>(y) * w * step + x * step +
-                        (reversed ? 2 - c : c)] = picture.row(y)[3 * x + c];
-    return out;
-  }
-  // BT.601, chroma as the mean of its pixels (sited left: weights 1 2 1 around the even column).
-  const auto luma = [&](int x, int y) {
-    const std::uint8_t* p = picture.row(y) + 3 * x;
-    return byte(16.0 + (65.481 * p[0] + 128.553 * p[1] + 24.966 * p[2]) / 255.0);
-  };
-  const bool halved = format == "I420" || format == "NV12";
-  const auto chroma = [&](int i, int j, bool red) {
-    double sum = 0.0, weight = 0.0;
-    for (int dy = 0; dy < (halved ? 2 : 1); ++dy)
-      for (int dx = -1; dx <= 1; ++dx) {
-        const int x = std::clamp(2 * i + dx, 0, w - 1);
-        const int y = std::min(halved ? 2 * j + dy : j, h - 1);
-        const std::uint8_t* p = picture.row(y) + 3 * x;
-        const double value = red ? 112.0 * p[0] - 93.786 * p[1] - 18.214 * p[2]
-                                 : -37.797 * p[0] - 74.203 * p[1] + 112.0 * p[2];
-        sum += value * (dx == 0 ? 2.0 : 1.0);
-        weight += dx == 0 ? 2.0 : 1.0;
-      }
-    return byte(128.0 + sum / weight / 255.0);
-  };
-  const int cw = (w + 1) / 2, ch = (h + 1) / 2;
-  if (halved) {
-    out.format = format == "I420" ? FrameFormat::i420 : FrameFormat::nv12;
-    allocate(0, w, h);
-    for (int y = 0; y < h; ++y)
-      for (int x = 0; x < w; ++x) out.planes[0][static_cast<std::size_t>(y) * w + x] = luma(x, y);
-    const bool planar = format == "I420";
-    allocate(1, planar ? cw : 2 * cw, ch);
-    if (planar) allocate(2, cw, ch);
-    for (int j = 0; j < ch; ++j)
-      for (int i = 0; i < cw; ++i) {
-        const std::size_t at = static_cast<std::size_t>(j) * cw + i;
-        (planar ? out.planes[1][at] : out.planes[1][2 * at]) = chroma(i, j, false);
-        (planar ? out.planes[2][at] : out.planes[1][2 * at + 1]) = chroma(i, j, true);
-      }
-    return out;
-  }
-  const bool yuy2 = format == "YUY2";
+void allocate(FrameMemory& out, int plane, int stride, int rows) {
+  out.strides[plane] = stride;
+  out.planes[plane].resize(static_cast<std::size_t>(stride) * rows);
+}
+
+void pack_rgb(const Picture& picture, const std::string& format, FrameMemory& out) {
+  const int w = picture.width, h = picture.height;
+  const int step = format == "RGB" ? 3 : 4;
+  const bool reversed = format == "BGRx";
+  out.format = format == "RGB" ? FrameFormat::rgb
+               : reversed      ? FrameFormat::bgrx
+                               : FrameFormat::rgbx;
+  allocate(out, 0, w * step, h);
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x)
+      for (int c = 0; c < 3; ++c)
+        out.planes[0][static_cast<std::size_t>(y) * w * step + x * step + (reversed ? 2 - c : c)] =
+            picture.row(y)[3 * x + c];
+}
+
+// BT.601, chroma as the mean of its pixels (sited left: weights 1 2 1 around the even column).
+std::uint8_t luma(const Picture& picture, int x, int y) {
+  const std::uint8_t* p = picture.row(y) + 3 * x;
+  return byte(16.0 + (65.481 * p[0] + 128.553 * p[1] + 24.966 * p[2]) / 255.0);
+}
+
+// Of column \p i of the chroma and its first row \p y of the picture, over so many \p rows.
+std::uint8_t chroma(const Picture& picture, int i, int y, int rows, bool red) {
+  double sum = 0.0, weight = 0.0;
+  for (int dy = 0; dy < rows; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int x = std::clamp(2 * i + dx, 0, picture.width - 1);
+      const std::uint8_t* p = picture.row(std::min(y + dy, picture.height - 1)) + 3 * x;
+      const double value = red ? 112.0 * p[0] - 93.786 * p[1] - 18.214 * p[2]
+                               : -37.797 * p[0] - 74.203 * p[1] + 112.0 * p[2];
+      sum += value * (dx == 0 ? 2.0 : 1.0);
+      weight += dx == 0 ? 2.0 : 1.0;
+    }
+  return byte(128.0 + sum / weight / 255.0);
+}
+
+// I420, or with both chromas in one plane NV12.
+void pack_halved(const Picture& picture, bool planar, FrameMemory& out) {
+  const int w = picture.width, h = picture.height, cw = (w + 1) / 2, ch = (h + 1) / 2;
+  out.format = planar ? FrameFormat::i420 : FrameFormat::nv12;
+  allocate(out, 0, w, h);
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x)
+      out.planes[0][static_cast<std::size_t>(y) * w + x] = luma(picture, x, y);
+  allocate(out, 1, planar ? cw : 2 * cw, ch);
+  if (planar) allocate(out, 2, cw, ch);
+  for (int j = 0; j < ch; ++j)
+    for (int i = 0; i < cw; ++i) {
+      const std::size_t at = static_cast<std::size_t>(j) * cw + i;
+      (planar ? out.planes[1][at] : out.planes[1][2 * at]) = chroma(picture, i, 2 * j, 2, false);
+      (planar ? out.planes[2][at] : out.planes[1][2 * at + 1]) = chroma(picture, i, 2 * j, 2, true);
+    }
+}
+
+void pack_pairs(const Picture& picture, bool yuy2, FrameMemory& out) {
+  const int w = picture.width, h = picture.height, cw = (w + 1) / 2;
   out.format = yuy2 ? FrameFormat::yuy2 : FrameFormat::uyvy;
-  allocate(0, 4 * cw, h);
+  allocate(out, 0, 4 * cw, h);
   for (int y = 0; y < h; ++y)
     for (int i = 0; i < cw; ++i) {
       std::uint8_t* p = out.planes[0].data() + static_cast<std::size_t>(y) * 4 * cw + 4 * i;
-      const std::uint8_t a = luma(2 * i, y), b = luma(std::min(2 * i + 1, w - 1), y);
-      const std::uint8_t cb = chroma(i, y, false), cr = chroma(i, y, true);
-      p[yuy2 ? 0 : 1] = a;
-      p[yuy2 ? 2 : 3] = b;
-      p[yuy2 ? 1 : 0] = cb;
-      p[yuy2 ? 3 : 2] = cr;
+      p[yuy2 ? 0 : 1] = luma(picture, 2 * i, y);
+      p[yuy2 ? 2 : 3] = luma(picture, std::min(2 * i + 1, w - 1), y);
+      p[yuy2 ? 1 : 0] = chroma(picture, i, y, 1, false);
+      p[yuy2 ? 3 : 2] = chroma(picture, i, y, 1, true);
     }
+}
+
+FrameMemory pack(const Picture& picture, const std::string& format) {
+  FrameMemory out;
+  out.width = picture.width;
+  out.height = picture.height;
+  if (format == "RGB" || format == "RGBx" || format == "BGRx")
+    pack_rgb(picture, format, out);
+  else if (format == "I420" || format == "NV12")
+    pack_halved(picture, format == "I420", out);
+  else
+    pack_pairs(picture, format == "YUY2", out);
   return out;
 }
 
