@@ -105,6 +105,47 @@ std::optional<TrackedPose> tracked_at(SceneSrc& self, GstBaseSrc* source, GstClo
                                                               : std::nullopt);
 }
 
+/// What became of a frame.
+struct DrawnFrame {
+  FrameClock::Frame clock;
+  Background::Work work;
+  bool lit, refined;
+  double spent;  // ms
+};
+
+/// Counts the frame and warns of what it has shown; \p not_kept_before: as the light's file was before.
+void tell(GstElement* element, SceneSrc& self, const SceneSettings& settings,
+          const DrawnFrame& frame, const std::string& not_kept_before) {
+  self.statistics.count("frames");
+  self.statistics.count("frames-skipped", frame.clock.late);
+  self.statistics.count("frames-unwanted", frame.clock.unwanted);
+  if (frame.work == Background::Work::none && !frame.lit) {
+    self.statistics.count(frame.refined ? "frames-refined" : "frames-repeated");
+  } else {
+    self.statistics.count("frames-drawn");
+    self.statistics.count("rays", self.stream.background().view_statistics().rays);
+    self.statistics.count("pixels-smoothed", self.stream.background().view_statistics().smoothed);
+    self.statistics.set("last-drawn-ms", frame.spent);
+  }
+  if (frame.lit) {
+    const Background& background = self.stream.background();
+    self.statistics.count(background.light_was_kept() ? "light-loads" : "light-fills");
+    self.statistics.set_count("light-points", background.light_nodes());
+    self.statistics.set("light-ms", frame.spent);
+  }
+  const bool exact = self.stream.background().light_is_exact();
+  const std::string& why = self.stream.background().light_not_kept();
+  if (!why.empty() && (frame.lit || why != not_kept_before))
+    self.statistics.warn(element, "warnings", why);
+  if (frame.work != Background::Work::none)
+    if (const std::string too_bright = self.stream.clipped(settings); !too_bright.empty())
+      self.statistics.warn(element, "clipped", too_bright);
+  self.statistics.set_count("light-exact", exact);
+  self.statistics.set_count("light-rays", self.stream.background().light_rays());
+  self.statistics.set_count("samples", self.stream.background().samples());
+  self.statistics.set("last-frame-ms", frame.spent);
+}
+
 GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
   auto* source = GST_BASE_SRC(push);
   SceneSrc& self = state_of<SceneSrc>(push);
@@ -139,43 +180,15 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const bool refined =
         work == Background::Work::none && stream.refine(source, settings, self.clock.due(next));
     GstBuffer* buffer = stream.make_buffer(info, work != Background::Work::none || refined);
-    const double spent = watch.milliseconds();
-
-    statistics.count("frames");
-    statistics.count("frames-skipped", next.late);
-    statistics.count("frames-unwanted", next.unwanted);
-    if (work == Background::Work::none && !lit) {
-      statistics.count(refined ? "frames-refined" : "frames-repeated");
-    } else {
-      statistics.count("frames-drawn");
-      statistics.count("rays", stream.background().view_statistics().rays);
-      statistics.count("pixels-smoothed", stream.background().view_statistics().smoothed);
-      statistics.set("last-drawn-ms", spent);
-    }
-    if (lit) {
-      const Background& background = stream.background();
-      statistics.count(background.light_was_kept() ? "light-loads" : "light-fills");
-      statistics.set_count("light-points", background.light_nodes());
-      statistics.set("light-ms", spent);
-    }
-    const bool exact = stream.background().light_is_exact();
-    const std::string& why = stream.background().light_not_kept();
-    if (!why.empty() && (lit || why != said)) statistics.warn(GST_ELEMENT(push), "warnings", why);
-    if (work != Background::Work::none)
-      if (const std::string too_bright = stream.clipped(settings); !too_bright.empty())
-        statistics.warn(GST_ELEMENT(push), "clipped", too_bright);
-    statistics.set_count("light-exact", exact);
-    statistics.set_count("light-rays", stream.background().light_rays());
-    statistics.set_count("samples", stream.background().samples());
-    statistics.set("last-frame-ms", spent);
+    const DrawnFrame drawn{next, work, lit, refined, watch.milliseconds()};
+    tell(GST_ELEMENT(push), self, settings, drawn, said);
     statistics.set("threads-used", loops.threads());
-
     GST_LOG_OBJECT(push, "%s in %.1f ms, %s",
                    lit                              ? "lit and drawn"
                    : work != Background::Work::none ? "drawn"
                    : refined                        ? "refined"
                                                     : "nothing has changed: the picture before",
-                   spent, tracked ? "from the tracked camera" : "from the viewport");
+                   drawn.spent, tracked ? "from the tracked camera" : "from the viewport");
     self.clock.finish(next, buffer);
     *out = buffer;
     return GST_FLOW_OK;
