@@ -75,6 +75,17 @@ class Wall {
     texture_mesh(mesh(), settings);
     return *mesh().texturing;
   }
+  /// Takes a disk out of the first picture's matte and gives it a colour.
+  void cut_hole(std::uint8_t code) {
+    Picture& picture = photographed_.pictures[0];
+    for (int y = 0; y < picture.height; ++y)
+      for (int x = 0; x < picture.width; ++x)
+        if (std::hypot(x - 160.0, y - 160.0) < 12.0) {
+          std::uint8_t* pixel = picture.row(y) + 4 * x;
+          std::fill_n(pixel, 3, code);
+          pixel[3] = 0;
+        }
+  }
   /// What the flow from \p view must be at its pinhole pixel.
   Vec2 expected(int view, const Vec2& pixel) {
     if (view == 1) return shift_;
@@ -135,6 +146,13 @@ TEST(AlignTest, PicturesThatAgreeStay) {
     EXPECT_LT(worst, 0.1) << flow.view;
   }
   EXPECT_TRUE(wall.texture(TextureAlign::off).flows.empty());
+}
+
+TEST(AlignTest, WhatTheMatteLeavesOutDoesNotCount) {
+  Wall wall({3.0, -2.0}), other({3.0, -2.0});
+  wall.cut_hole(0);
+  other.cut_hole(255);
+  EXPECT_EQ(wall.texture(TextureAlign::flow).flows, other.texture(TextureAlign::flow).flows);
 }
 
 // Nothing is moved at the wall's edge, whatever the flow before it.
