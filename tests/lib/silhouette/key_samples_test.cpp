@@ -308,6 +308,55 @@ TEST(KeySamples, AGivenScreenIsAsQuietAsASampledOne) {
   EXPECT_LT(given, 1.2 * sampled);
 }
 
+// However noisy it is, the screen keys out, and only it.
+TEST(KeySamples, ANoisyScreenKeysOut) {
+  const struct {
+    double noise, left;  // levels; per cent of the screen
+  } bars[] = {{3.0, 0.5}, {6.0, 1.2}, {12.0, 5.0}};
+  for (const auto& bar : bars) {
+    std::mt19937 random(8);
+    std::normal_distribution<double> noise(0.0, bar.noise);
+    const test::Frame frame = test::make_frame(FrameFormat::bgrx, 321, 241, [&](int x, int y) {
+      Colour c = std::hypot(x - 160.0, y - 120.0) < 60.0 ? skin : screen_green;
+      for (double& v : c) v += noise(random);
+      return c;
+    });
+    const Matte m = key({}, frame.view);
+    int left = 0, screen = 0;
+    for (int y = 0; y < 241; ++y)
+      for (int x = 0; x < 321; ++x)
+        if (std::hypot(x - 160.0, y - 120.0) > 64.0) {
+          ++screen;
+          left += m.row(y)[x] > 0;
+        }
+    EXPECT_LT(100.0 * left / screen, bar.left) << bar.noise;
+  }
+}
+
+// A screen whose hue lies where directions begin and end.
+TEST(KeySamples, EveryHueIsFoundWhole) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0.0, 6.0);
+  for (const Colour& screen : {Colour{60, 190, 190}, Colour{190, 60, 60}, Colour{60, 190, 70}}) {
+    const test::Frame frame = test::make_frame(FrameFormat::bgrx, 321, 241, [&](int x, int y) {
+      Colour c = std::hypot(x - 160.0, y - 120.0) < 60.0 ? Colour{120, 118, 122} : screen;
+      for (double& v : c) v += noise(random);
+      return c;
+    });
+    const auto signal = [&](const KeySettings& settings) {
+      Keyer keyer;
+      keyer.set(settings);
+      Matte m;
+      keyer.key(frame.view, m);
+      for (int i = 0; i < 3; ++i) EXPECT_NEAR(keyer.calibration().screen[i], screen[i], 1.0);
+      return keyer.calibration().screen_signal;
+    };
+    EXPECT_NEAR(signal({.key = KeyColour::automatic}),
+                signal({.key = KeyColour::custom, .colour = rgb(screen)}), 1.5)
+        << screen[0];
+  }
+}
+
 TEST(KeySamples, RealPicturesWithHandCutAlpha) {
   const char* data = std::getenv("POLYHULL_DATA");
   const std::string folder = std::string(data ? data : "") + "/greenscreen/";
