@@ -165,7 +165,7 @@ TEST(RigImportKinds, MatricesOfSpreadsheetsAndPrograms) {
     expect_refused([&] { from_matrices(text); }, part);
   };
   refuses(matrices(truth, "x{:.3f}"), "P.txt: no line of it holds the 12 numbers");
-  refuses("cam0 " + plain, "P.txt, line 1: 'cam0' is not a number");
+  refuses("cam0 1 " + plain, "P.txt, line 1: 'cam0' is not a number");
   refuses("1 0 0 0\nhalf\n0 1 0 0\n0 0 1 0\n", "P.txt, line 2: a projection matrix is cut short");
   refuses("1 0 0 1,5\n", "P.txt: the last projection matrix is not complete");
   refuses(with(square, " 0 0 0 1", " 0 0 1 1"), "found 16");
@@ -177,6 +177,46 @@ TEST(RigImportKinds, MatricesOfSpreadsheetsAndPrograms) {
   for (Camera& camera : mirrored.cameras)
     for (int column = 0; column < 3; ++column) camera.R[2][column] = -camera.R[2][column];
   refuses(matrices(mirrored), "left-handed frame");
+}
+
+TEST(RigImportKinds, MatricesAsProgramsPrintThem) {
+  Rig truth = default_rig();
+  std::string blender, python, json = "{\"P\": [", indented = "[", named, quoted, scaled, page;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto p = projection(truth.cameras[i]);
+    const auto row = [&](int r, const char* separator) {
+      return fmt::format("{1:.12e}{0}{2:.12e}{0}{3:.12e}{0}{4:.12e}", separator, p[4 * r],
+                         p[4 * r + 1], p[4 * r + 2], p[4 * r + 3]);
+    };
+    const std::string rows[] = {row(0, ", "), row(1, ", "), row(2, ", ")};
+    blender += fmt::format("<Matrix 3x4 ({})\n            ({})\n            ({})>\n", rows[0],
+                           rows[1], rows[2]);
+    python += fmt::format("P{} = (({}), ({}), ({}))\n", i, rows[0], rows[1], rows[2]);
+    const char* comma = i == 0 ? "" : ", ";
+    json += fmt::format("{}[[{}], [{}], [{}]]", comma, rows[0], rows[1], rows[2]);
+    indented +=
+        fmt::format("{}\n [\n  [{}],\n  [{}],\n  [{}]\n ]", comma, with(rows[0], ", ", ",\n   "),
+                    with(rows[1], ", ", ",\n   "), with(rows[2], ", ", ",\n   "));
+    named += fmt::format("camera {},{},{},{}\n", i, row(0, ","), row(1, ","), row(2, ","));
+    const std::string cells =
+        row(0, "\",\"") + "\",\"" + row(1, "\",\"") + "\",\"" + row(2, "\",\"");
+    quoted += "\"" + with(cells, ".", ",") + "\"\n";
+    scaled += fmt::format("{}\n{}\n{}\n0 0 0 2.5\n", row(0, " "), row(1, " "), row(2, " "));
+    page += fmt::format("| {} |\n| {} |\n| {} |\n", row(0, " | "), row(1, "\xC2\xA0"),
+                        with(row(2, " "), "-", "\xE2\x88\x92"));
+  }
+  for (const std::string& text :
+       {blender, python, json + "], \"width\": 1024}", indented + "\n]\n", quoted, scaled, page}) {
+    SCOPED_TRACE(text);
+    expect_same(from_matrices(text), truth, 1e-8);
+  }
+  named = with(named, "camera ", "view");
+  for (Camera& camera : truth.cameras) camera.name = with(camera.name, "cam", "view");
+  expect_same(from_matrices(named), truth, 1e-8);
+  expect_refused([] { from_matrices("P =\n\n   1.0e+03 *\n\n    0.7    0    0.3    1.2\n"); },
+                 "P.txt, line 3: Matlab shows a matrix here");
+  expect_refused([] { from_matrices("Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n"); }, "is not a number");
+  expect_refused([] { from_matrices("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"); }, "found 3");
 }
 
 TEST(RigImportKinds, TablesWithNamesOfWords) {

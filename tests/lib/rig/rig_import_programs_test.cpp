@@ -113,6 +113,28 @@ TEST(RigImportPrograms, ColmapsInstantsAreOneCamera) {
   EXPECT_TRUE(table.notes.empty());
 }
 
+// Where COLMAP is not told otherwise, each picture is of a camera of its own.
+TEST(RigImportPrograms, ColmapsInstantsOfCamerasOfTheirOwn) {
+  const Rig truth = with_lenses();
+  const Model model(truth);
+  Model both(truth);
+  both.images = renamed(model.images, "cam%d/1.jpg");
+  for (int i = 4; i >= 1; --i) {
+    both.cameras =
+        with(both.cameras, fmt::format("\n{} OPENCV", i), fmt::format("\n1{} OPENCV", i));
+    both.images = with(both.images, fmt::format(" {} cam", i), fmt::format(" 1{} cam", i));
+  }
+  both.cameras += model.cameras;
+  both.images += renamed(model.images, "cam%d/2.jpg");
+  const Rig rig = both.import();
+  ASSERT_EQ(rig.cameras.size(), 4u);
+  EXPECT_EQ(rig.cameras[3].name, "cam4");
+  ASSERT_EQ(both.notes.size(), 1u);
+  EXPECT_NE(both.notes[0].find("only the first is taken"), std::string::npos) << both.notes[0];
+  // The folder by one of its files.
+  expect_same(import::colmap(both.folder + "/images.txt", {}), rig);
+}
+
 TEST(RigImportPrograms, ColmapsFilesByHand) {
   const Rig truth = with_lenses();
   const auto refuses = [&](const std::function<void(Model&)>& change, const std::string& part) {
@@ -125,6 +147,14 @@ TEST(RigImportPrograms, ColmapsFilesByHand) {
           "images.txt, line 4: the second line of image 'cam0.png' must be empty");
   refuses([&](Model& m) { m.images = head + "1 2 3 4\n"; }, "images.txt, line 2: the second line");
   refuses([&](Model& m) { m.images = head + "1 2 x\n"; }, "images.txt, line 2: the second line");
+  // Names of numbers, and no second lines.
+  refuses([&](Model& m) { m.images = with(with(m.images, "\n\n", "\n"), "cam", "1 2 "); },
+          "images.txt, line 4: the second line of image '1 2 0.png'");
+  refuses(
+      [&](Model& m) {
+        m.images = with(with(with(m.images, "\n\n", "\n"), "cam", "1 2 "), ".png", "");
+      },
+      "images.txt, line 4: the second line of image '1 2 0'");
   refuses([&](Model& m) { m.images = "\n1 0 0 3 1 0 0 0.1 1 cam0.png\n"; },
           "images.txt, line 2: the rotation's quaternion (columns 2 to 5, qw qx qy qz) has length "
           "3.16");
@@ -209,6 +239,35 @@ TEST(RigImportPrograms, KalibrsChains) {
   expect_refused([&] { read(one_other); }, "cam3: the camera model omni");
 }
 
+// As other programs write the chain: a transform's numbers in one list or as cv::FileStorage's
+// matrix, and with a last row that was computed.
+TEST(RigImportPrograms, KalibrsTransformsInOtherForms) {
+  const Rig truth = with_lenses();
+  const char* before[] = {"[", "\n    - [", " !!opencv-matrix\n    rows: 4\n    data: ["};
+  const char* between[] = {", ", "]\n    - [", ",\n      "};
+  for (int form = 0; form < 3; ++form) {
+    std::string text;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Camera& camera = truth.cameras[i];
+      text += fmt::format(
+          "cam{}:\n  camera_model: pinhole\n  distortion_model: none\n"
+          "  intrinsics: [700, 700, 511.5, 383.5]\n  resolution: [1024, 768]\n"
+          "  rostopic: /cam{}/image_raw\n  T_cam_imu: {}",
+          i, i, before[form]);
+      const auto r = to_rows(camera.R);
+      for (int row = 0; row < 3; ++row)
+        text += fmt::format("{}, {}, {}, {}{}", r[3 * row], r[3 * row + 1], r[3 * row + 2],
+                            camera.t[row], between[form]);
+      text += "1.0e-17, -0.0, 0, 1.0000000000000002]\n";
+    }
+    expect_same(import::parse_kalibr(text, "chain"), truth);
+    expect_refused([&] { import::parse_kalibr(with(text, "-0.0", "0.1"), "chain"); },
+                   "cam0: the last row of T_cam_imu must be 0 0 0 1");
+    expect_refused([&] { import::parse_kalibr(with(text, ", -0.0", ""), "chain"); },
+                   "line 1, cam0: T_cam_imu must");
+  }
+}
+
 // OpenCV's file of the first camera of default_rig(), changed.
 void opencv_file(const std::string& path, const std::function<std::string(std::string)>& change) {
   const std::string folder = fs::path(path).parent_path() / "opencv";
@@ -256,7 +315,7 @@ TEST(RigImportPrograms, OpenCvsFiles) {
   refuses(
       [](const std::string& file) { return with(file, "7.0000000000000000e+02, 0", ".Nan, 0"); },
       "camera_matrix holds a number that is not finite (NaN)");
-  refuses([](const std::string& file) { return with(file, "%YAML:1.0", "# by hand"); },
+  refuses([](const std::string& file) { return "by hand\n" + with(file, "%YAML:1.0", ""); },
           "begin with %YAML:1.0");
   refuses([](const std::string& file) { return with(file, "   dt: d\n", ""); },
           "line 5: camera_matrix is no matrix of cv::FileStorage");
@@ -412,6 +471,9 @@ TEST(RigImportPrograms, BouguetsBoards) {
   EXPECT_TRUE(std::ranges::any_of(notes, [](const std::string& note) {
     return note == "a has pixels that are not square: fx / fy is 1.111";
   }));
+  // Fields of structures and blocks of comments set nothing.
+  write(text + "other.fc = [ 1 ; 1 ];\n%{\nfc = [ 1 ; 1 ];\n%{\n%}\ncc = [ 1 ; 1 ];\n%}\n", text);
+  expect_same(import::bouguet(files, options), rig);
   write(text, with(text, "omc_3 = [ 3 ; 0", "omc_3 = [ 3 ; Inf"));
   refuses(3, "b.m, line 10: picture 3 was not used in this calibration; board 2 is; choose");
   refuses(1, "boards 2 and 3 are, and in all files board 2 is; choose");

@@ -60,8 +60,13 @@ std::optional<std::vector<double>> read_numbers(std::string_view text) {
 Variables read_assignments(const std::string& file) {
   const std::string text = read_text(file);
   std::string content;
-  for (const Line& line : lines_of(text))
-    content += std::string(line.text.substr(0, line.text.find('%'))) + '\n';
+  int commented = 0;  // blocks within each other
+  for (const Line& line : lines_of(text)) {
+    commented += line.text == "%{";
+    if (commented == 0) content += line.text.substr(0, line.text.find('%'));
+    content += '\n';
+    commented -= commented > 0 && line.text == "%}";
+  }
   Variables variables;
   std::size_t line = 1, counted = 0;
   for (std::size_t equals = content.find('='); equals != content.npos;
@@ -73,7 +78,7 @@ Variables read_assignments(const std::string& file) {
     while (end > 0 && (content[end - 1] == ' ' || content[end - 1] == '\t')) --end;
     std::size_t begin = end;
     while (begin > 0 && is_word(content[begin - 1])) --begin;
-    if (begin == end) continue;
+    if (begin == end || (begin > 0 && content[begin - 1] == '.')) continue;  // a structure's field
     if (auto numbers = read_numbers(std::string_view(content).substr(equals + 1)))
       variables[content.substr(begin, end - begin)] = {line, std::move(*numbers)};
   }

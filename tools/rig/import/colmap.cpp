@@ -18,10 +18,11 @@ constexpr std::size_t most_megabytes = 1024;  // images.txt has the points of al
 
 std::string read_model_text(const std::string& path) {
   if (!std::filesystem::is_regular_file(path))
-    throw Error(Error::Kind::not_found,
-                "Cannot read '{}'; give the folder with COLMAP's cameras.txt and images.txt "
-                "(colmap model_converter --output_type TXT makes them).",
-                path);
+    throw Error(
+        Error::Kind::not_found,
+        "Cannot read '{}'; give the folder with COLMAP's cameras.txt and images.txt, such as "
+        "sparse/0 (colmap model_converter --output_type TXT makes them).",
+        path);
   return read_text(path, most_megabytes);
 }
 
@@ -140,12 +141,14 @@ Image read_image(const std::map<int, Camera>& cameras, const std::string& file, 
   return image;
 }
 
-// Triples x y point.
+// Triples x y point, of which the last is a whole number: an image's rotation is none.
 bool holds_points(const Line& line) {
   const std::vector<std::string_view> words = words_of(line.text);
-  return words.size() % 3 == 0 && std::ranges::all_of(words, [](std::string_view word) {
-           return number_of(word).has_value();
-         });
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::optional<double> value = number_of(words[i]);
+    if (!value || (i % 3 == 2 && *value != std::floor(*value))) return false;
+  }
+  return words.size() % 3 == 0;
 }
 
 // Throws where \p line, which comes behind that of \p image, is none of points.
@@ -221,8 +224,9 @@ void note_spread(const std::vector<Image>& images, const Options& options) {
   }
 }
 
-// Of images of one camera in one folder that stand at the same place, the first: a still camera's
-// pictures of several instants, whose poses COLMAP finds apart.
+// Of images in one folder that stand at the same place, of one camera or of a folder's own, the first:
+// a still camera's pictures of several instants, whose poses COLMAP finds apart. Where it was not told
+// otherwise, each picture has a camera.
 std::vector<Image> first_instants(std::vector<Image> images, const Options& options) {
   constexpr double same_place = 0.005, same_direction = 0.01;  // of the rig's size; radians
   const double near = same_place * size_of(images);
@@ -230,7 +234,9 @@ std::vector<Image> first_instants(std::vector<Image> images, const Options& opti
   std::size_t left_out = 0;
   for (Image& image : images) {
     const auto same = [&](const Image& other) {
-      return other.camera_id == image.camera_id && folder_of(other.path) == folder_of(image.path) &&
+      const std::string folder = folder_of(image.path);
+      return folder == folder_of(other.path) &&
+             (other.camera_id == image.camera_id || !folder.empty()) &&
              glm::length(other.camera.centre() - image.camera.centre()) <= near &&
              turned(other.camera.R, image.camera.R) <= same_direction;
     };
@@ -250,7 +256,8 @@ std::vector<Image> first_instants(std::vector<Image> images, const Options& opti
 }  // namespace
 
 Rig colmap(const std::string& folder, const Options& options) {
-  const std::filesystem::path path(folder);
+  const std::filesystem::path given(folder);
+  const auto path = std::filesystem::is_regular_file(given) ? given.parent_path() : given;
   const std::map<int, Camera> cameras = read_cameras((path / "cameras.txt").string());
   const std::string file = (path / "images.txt").string();
   Rig rig;

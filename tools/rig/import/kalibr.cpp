@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Kalibr's camchain.yaml (github.com/ethz-asl/kalibr/wiki/yaml-formats).
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include "base/error.h"
 #include "base/plain_text.h"
 #include "rig/import.h"
+#include "rig/import/yaml.h"
 #include "text_file.h"
 
 namespace polyhull::import {
@@ -55,22 +54,23 @@ struct Chain {
     return node.Scalar();
   }
 
+  // Four rows, or their 16 numbers, also as cv::FileStorage's matrix.
   Transform transform(const YAML::Node& node, const char* name) const {
-    if (!node.IsSequence() || node.size() != 4) fail(fmt::format("{} must have four rows", name));
-    std::array<double, 9> r;
-    Transform result;
-    for (int row = 0; row < 4; ++row) {
-      const std::vector<double> values = numbers(node[row], name, 4);
-      if (row == 3) {
-        if (values != std::vector<double>{0, 0, 0, 1})
-          fail(fmt::format("the last row of {} must be 0 0 0 1", name));
-        break;
+    const YAML::Node given = node.IsMap() && node["data"] ? node["data"] : node;
+    std::vector<double> m;
+    if (given.IsSequence() && given.size() == 16) m = numbers(given, name);
+    if (given.IsSequence() && given.size() == 4)
+      for (const YAML::Node& row : given) {
+        const std::vector<double> values = numbers(row, name, 4);
+        m.insert(m.end(), values.begin(), values.end());
       }
-      std::copy_n(values.begin(), 3, r.begin() + 3 * row);
-      result.t[row] = values[3];
-    }
-    result.R = from_rows(r);
-    return result;
+    if (m.empty()) fail(fmt::format("{} must have four rows of four numbers", name));
+    constexpr double rounding = 1e-9;
+    for (std::size_t i = 12; i < 16; ++i)
+      if (std::abs(m[i] - (i == 15)) > rounding)
+        fail(fmt::format("the last row of {} must be 0 0 0 1", name));
+    return {from_rows({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}),
+            Vec3(m[3], m[7], m[11])};
   }
 
   Camera camera(const YAML::Node& node) const {
@@ -117,15 +117,9 @@ struct Chain {
   }
 };
 
-// OpenCV's heading %YAML:1.0 is no directive of YAML.
-std::string without_heading(std::string text) {
-  if (text.starts_with("%YAML")) text[0] = '#';
-  return text;
-}
-
 YAML::Node load(const std::string& text, const std::string& source) {
   try {
-    const YAML::Node root = YAML::Load(without_heading(plain_text(text, source)));
+    const YAML::Node root = parse_yaml(plain_text(text, source));
     if (root.IsMap() && root.size() > 0) return root;
   } catch (const YAML::Exception& error) {
     throw Error(Error::Kind::bad_input, "{}, line {}: not YAML: {}.", source, error.mark.line + 1,

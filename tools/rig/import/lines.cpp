@@ -48,6 +48,25 @@ bool commas_are_decimal(std::string_view text) {
   return true;
 }
 
+// \p text with an ASCII blank and minus where pages and spreadsheets have typographic ones, and with
+// points for the decimal commas of numbers in quotation marks.
+std::string plain_characters(std::string text) {
+  for (const auto& [from, to] : {std::pair{"\xC2\xA0", " "}, {"\xE2\x88\x92", "-"}})
+    for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; ++at)
+      text.replace(at, std::string_view(from).size(), to);
+  for (std::size_t open = text.find('"'); open != text.npos;) {
+    const std::size_t close = text.find('"', open + 1);
+    if (close == text.npos) break;
+    std::string cell = text.substr(open + 1, close - open - 1);
+    if (std::ranges::count(cell, ',') == 1) {
+      std::ranges::replace(cell, ',', '.');
+      if (number_of(cell)) text.replace(open + 1, cell.size(), cell);
+    }
+    open = text.find('"', close + 1);
+  }
+  return text;
+}
+
 bool all_differ(const std::vector<std::string>& names) {
   return std::set<std::string>(names.begin(), names.end()).size() == names.size();
 }
@@ -91,7 +110,8 @@ std::optional<double> number_of(std::string_view word) {
 std::vector<Row> rows_of(std::string_view text) {
   std::vector<Row> rows;
   for (const Line& line : lines_of(text)) {
-    const std::string_view content = without_comment(line.text);
+    const std::string plain = plain_characters(std::string(line.text));
+    const std::string_view content = without_comment(plain);
     const bool decimal = commas_are_decimal(content);
     Row row{line.number, {}};
     for (const std::string_view word : split(content, decimal ? " \t\v\f;\"" : " \t\v\f;,\"")) {

@@ -35,7 +35,8 @@ struct Row {
 
 /// The lines of \p text that hold words. A comment begins with #, % or // at the line's beginning
 /// or behind a blank; quotation marks are left out. Commas are decimal, and become points, where
-/// each stands between two digits, none of the words has two, and the line has no point.
+/// each stands between two digits, none of the words has two, and the line has no point; so are they in
+/// numbers in quotation marks. Typographic minus signs and blanks count as such.
 std::vector<Row> rows_of(std::string_view text);
 
 /// Names for pictures or files at \p paths (with / or \\). Where each of several has a folder of its

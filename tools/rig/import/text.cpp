@@ -67,6 +67,10 @@ void set_picture_size(Camera& camera, const Options& options, const std::string&
   camera.height = found.height;
 }
 
+bool is_letter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0;
+}
+
 // The rotation that the text meant; others are left for the rig's check to name.
 Rig finish(Rig rig, const std::string& source) {
   return parse_rig(rig_to_json(rig), source);
@@ -87,16 +91,52 @@ std::string numbered(const Options& options, std::size_t index) {
   return options.name.substr(0, percent) + text + options.name.substr(end + 1);
 }
 
-// The lines of \p file without what Matlab and numpy write around numbers: P1 = [ … ];, array([[ …
-// ]]) and … at a line's end.
+// The innermost lists of \p text, where lists stand within lists and hold all numbers, as in JSON and
+// numpy's; none: they do not.
+std::vector<Row> rows_of_lists(const std::string& text) {
+  std::vector<Row> rows;
+  std::string beside;
+  std::size_t depth = 0, deepest = 0, line = 1, begin = text.npos;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '[') {
+      deepest = std::max(deepest, ++depth);
+      begin = i + 1;
+    } else if (text[i] == ']') {
+      if (begin != text.npos) {
+        std::string list = text.substr(begin, i - begin);
+        std::ranges::replace(list, '\n', ' ');
+        for (Row& row : rows_of(list)) rows.push_back({line, std::move(row.words)});
+      }
+      begin = text.npos;
+      depth -= depth > 0;
+    } else if (depth == 0) {
+      beside += text[i];
+    }
+    line += text[i] == '\n';
+  }
+  if (deepest < 2 || std::ranges::any_of(rows_of(beside), [](const Row& row) {
+        return std::ranges::count_if(row.words, [](auto& word) { return !!number_of(word); }) > 2;
+      }))
+    return {};
+  return rows;
+}
+
+// The lines of \p file without what Matlab, numpy and Blender write around numbers: P1 = [ … ];,
+// array([[ … ]]), <Matrix 3x4 ( … )> and … at a line's end.
 std::vector<Row> matrix_rows(const std::string& file) {
-  std::string plain;
   const std::string text = read_text(file);
+  if (auto rows = rows_of_lists(text); !rows.empty()) return rows;
+  std::string plain;
   for (const Line& line : lines_of(text)) {
     std::string content(line.text);
-    if (!content.starts_with('#') && !content.starts_with('%'))
-      content.erase(0, content.find_last_of("=(") + 1);
-    for (const char bracket : {'[', ']', '{', '}', '(', ')'})
+    if (!content.starts_with('#') && !content.starts_with('%')) {
+      content.erase(0, content.rfind('=') + 1);
+      // A name before the numbers' bracket.
+      if (const std::size_t open = content.find('(');
+          open != content.npos && std::any_of(content.begin(), content.begin() + open, is_letter))
+        content.erase(0, open);
+    }
+    for (const char bracket : {'[', ']', '{', '}', '(', ')', '<', '>', '|'})
       std::ranges::replace(content, bracket, ' ');
     if (content.ends_with("...")) content.resize(content.size() - 3);
     plain += content + '\n';
@@ -108,6 +148,72 @@ std::vector<Row> matrix_rows(const std::string& file) {
 bool is_heading(const Row& row) {
   return !number_of(row.words[0]) &&
          std::ranges::count_if(row.words, [](const auto& word) { return !!number_of(word); }) < 3;
+}
+
+struct FoundMatrix {
+  ProjectionMatrix P;
+  std::string name, place;
+};
+
+// The numbers of \p row, of a 4x4 matrix without its last row; none: they are that row. A name before
+// twelve goes to \p name.
+std::vector<double> numbers_of_matrix(const std::string& file, Row row, std::string& name) {
+  if (row.words.size() == 13 && !number_of(row.words[0]) && !row.words[0].ends_with(':')) {
+    name = row.words[0];
+    row.words.erase(row.words.begin());
+  }
+  if (row.words.size() == 2 && row.words[1] == "*")
+    fail_at(file, row.number,
+            "Matlab shows a matrix here, divided by a number and in few digits; write it by "
+            "writematrix(P, 'P.txt') or disp(mat2str(P))");
+  std::vector<double> found;
+  for (const std::string& word : row.words) found.push_back(number(file, row.number, word));
+  const auto ends = [&](std::size_t count) {  // as such a matrix, which may be multiplied
+    return found.size() == count && found[count - 1] > 0.0 &&
+           std::all_of(found.end() - 4, found.end() - 1, [](double v) { return v == 0.0; });
+  };
+  if (ends(16)) found.resize(12);
+  if (ends(4)) found.clear();
+  return found;
+}
+
+std::vector<FoundMatrix> matrices_in(const std::string& file) {
+  std::vector<FoundMatrix> matrices;
+  std::vector<double> values;
+  const auto fail_cut = [&](const Row& row) {
+    fail_at(file, row.number, "a projection matrix is cut short before it");
+  };
+  for (const Row& row : matrix_rows(file)) {
+    if (is_heading(row)) {
+      if (!values.empty()) fail_cut(row);
+      continue;
+    }
+    std::string name;
+    const std::vector<double> found = numbers_of_matrix(file, row, name);
+    if (found.empty()) {
+      if (!values.empty()) fail_cut(row);
+      continue;
+    }
+    if (found.size() != 4 && found.size() != 12)
+      fail_at(file, row.number,
+              fmt::format("a projection matrix has 12 numbers on one line or 4 on each of three "
+                          "lines; found {}",
+                          found.size()));
+    if (values.empty())
+      matrices.push_back({{}, name, file + ", line " + std::to_string(row.number)});
+    values.insert(values.end(), found.begin(), found.end());
+    if (values.size() > 12) fail_cut(row);
+    if (values.size() < 12) continue;
+    for (int i = 0; i < 12; ++i) matrices.back().P[i / 4][i % 4] = values[i];
+    values.clear();
+  }
+  if (!values.empty())
+    throw Error(
+        Error::Kind::bad_input,
+        "{}: the last projection matrix is not complete; a matrix has 12 numbers, three rows of "
+        "four.",
+        file);
+  return matrices;
 }
 
 }  // namespace
@@ -153,56 +259,25 @@ Rig middlebury(const std::string& file, const Options& options) {
 }
 
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options) {
-  const std::vector<double> last_row{0, 0, 0, 1};  // of a 4x4 matrix
-  std::vector<ProjectionMatrix> matrices;
-  std::vector<std::string> places;
-  for (const std::string& file : files) {
-    std::vector<double> values;
-    for (const Row& row : matrix_rows(file)) {
-      if (is_heading(row)) {
-        if (!values.empty())
-          fail_at(file, row.number, "a projection matrix is cut short before it");
-        continue;
-      }
-      std::vector<double> found;
-      for (const std::string& word : row.words) found.push_back(number(file, row.number, word));
-      if (values.empty() && found == last_row) continue;
-      if (found.size() == 16 && std::equal(last_row.begin(), last_row.end(), found.begin() + 12))
-        found.resize(12);
-      if (found.size() != 4 && found.size() != 12)
-        fail_at(file, row.number,
-                fmt::format("a projection matrix has 12 numbers on one line or 4 on each of three "
-                            "lines; found {}",
-                            found.size()));
-      if (values.empty()) places.push_back(file + ", line " + std::to_string(row.number));
-      values.insert(values.end(), found.begin(), found.end());
-      if (values.size() > 12)
-        fail_at(file, row.number, "a projection matrix is cut short before it");
-      if (values.size() < 12) continue;
-      ProjectionMatrix& P = matrices.emplace_back();
-      for (int i = 0; i < 12; ++i) P[i / 4][i % 4] = values[i];
-      values.clear();
-    }
-    if (!values.empty())
-      throw Error(
-          Error::Kind::bad_input,
-          "{}: the last projection matrix is not complete; a matrix has 12 numbers, three rows of "
-          "four.",
-          file);
-  }
+  std::vector<FoundMatrix> matrices;
+  for (const std::string& file : files)
+    for (FoundMatrix& found : matrices_in(file)) matrices.push_back(std::move(found));
   if (matrices.empty())
     throw Error(Error::Kind::bad_input,
                 "{}: no line of it holds the 12 numbers of a projection matrix, or 4 of them.",
                 files.front());
-  const std::optional<Vec3> focus = common_focus(matrices);
+  std::vector<ProjectionMatrix> all;
+  for (const FoundMatrix& found : matrices) all.push_back(found.P);
+  const std::optional<Vec3> focus = common_focus(all);
   const std::vector<std::string> names = names_of(files);
+  const bool one_each = files.size() == matrices.size() && files.size() > 1;
   Rig rig;
   for (std::size_t i = 0; i < matrices.size(); ++i) {
+    const FoundMatrix& found = matrices[i];
     Camera& camera = rig.cameras.emplace_back();
-    camera.name =
-        files.size() == matrices.size() && files.size() > 1 ? names[i] : numbered(options, i);
+    camera.name = !found.name.empty() ? found.name : one_each ? names[i] : numbered(options, i);
     set_picture_size(camera, options, files.front(), "");
-    set_projection(camera, matrices[i], focus, places[i]);
+    set_projection(camera, found.P, focus, found.place);
   }
   return finish(std::move(rig), files.front());
 }
