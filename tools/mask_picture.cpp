@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -33,12 +34,16 @@ void each_of_border(const Picture& picture, const Body& body) {
   for (std::size_t y = 0; y < h; ++y) body(y * w), body(y * w + w - 1);
 }
 
+// Alpha that is nearly opaque all over tells nothing, nor does such that is the same everywhere.
 bool alpha_tells(const DeepPicture& deep) {
   if (deep.channels != 2 && deep.channels != 4) return false;
   const std::size_t step = deep.channels;
-  for (std::size_t i = step - 1; i < deep.samples.size(); i += step)
-    if (deep.samples[i] != deep.samples[step - 1]) return true;
-  return false;
+  int least = deep.full, most = 0;
+  for (std::size_t i = step - 1; i < deep.samples.size(); i += step) {
+    least = std::min(least, int{deep.samples[i]});
+    most = std::max(most, int{deep.samples[i]});
+  }
+  return least < most && 10 * least < 9 * deep.full;
 }
 
 bool is_coloured(const Picture& picture) {
@@ -123,19 +128,23 @@ std::optional<Picture> mask_of_flat_colours(const Picture& picture) {
   return mask;
 }
 
+int level_at(const DeepPicture& deep, std::size_t pixel) {
+  return deep.samples[pixel * deep.channels];
+}
+
 // Whether \p deep is of a few flat grey levels, some of which are too dark for a subject's: numbers
 // of what each pixel shows, 255 often being a border that is left open. Noise is not flat, and soft
 // edges are of many levels. Where white is most of what is lit, it is a matte with parts left open.
 bool shows_labels(const DeepPicture& deep) {
   std::map<int, std::size_t> counts;
   std::size_t lit = 0, flat = 0;
-  const auto level = [&](std::size_t i) { return int{deep.samples[i * deep.channels]}; };
   const std::size_t pixels = static_cast<std::size_t>(deep.width) * deep.height;
   for (std::size_t i = 0; i < pixels; ++i) {
-    if (level(i) == 0) continue;
-    ++counts[level(i)];
+    const int level = level_at(deep, i);
+    if (level == 0) continue;
+    ++counts[level];
     ++lit;
-    flat += i > 0 && level(i - 1) == level(i);
+    flat += i > 0 && level_at(deep, i - 1) == level;
   }
   if (2 * counts[deep.full] > lit) return false;
   std::size_t levels = 0, in_levels = 0, dark = 0;
@@ -146,6 +155,51 @@ bool shows_labels(const DeepPicture& deep) {
     if (2 * value < deep.full) dark += count;
   }
   return levels > 1 && 50 * dark >= lit && 1000 * in_levels >= 999 * lit && 10 * flat >= 8 * lit;
+}
+
+// The level that the background has in a picture of labels: black, else what most of the border shows.
+int background_label(const DeepPicture& deep, const std::map<int, std::size_t>& counts,
+                     const std::string& path) {
+  const std::size_t pixels = static_cast<std::size_t>(deep.width) * deep.height;
+  if (const auto black = counts.find(0); black != counts.end() && 100 * black->second >= pixels)
+    return 0;
+  std::map<int, std::size_t> of_border;
+  std::size_t border = 0;
+  each_of_border({deep.width, deep.height, 1, {}}, [&](std::size_t i) {
+    ++of_border[level_at(deep, i)];
+    ++border;
+  });
+  for (const auto& [level, count] : of_border)
+    if (2 * count > border) return level;
+  throw Error(Error::Kind::bad_input,
+              "{}: it is a picture of labels, a few flat grey levels, and nothing of it is black, "
+              "nor is most of its border of one level, so the background is not known. Give a mask "
+              "with the subject white and all else black.",
+              path);
+}
+
+// Of a picture of labels all but the background. Of two levels, as of video's black and white, those
+// between keep their share.
+Picture mask_of_labels(const DeepPicture& deep, const std::string& path, std::string& note) {
+  const std::size_t pixels = static_cast<std::size_t>(deep.width) * deep.height;
+  std::map<int, std::size_t> counts;
+  for (std::size_t i = 0; i < pixels; ++i) ++counts[level_at(deep, i)];
+  const int background = background_label(deep, counts, path);
+  const std::size_t empty = std::exchange(counts[background], 0);
+  const auto [subject, count] =
+      *std::ranges::max_element(counts, {}, [](auto& each) { return each.second; });
+  const bool two = background > 0 && 100 * (empty + count) > 95 * pixels;
+  Picture mask{deep.width, deep.height, 1, {}};
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const int off = level_at(deep, i) - background;
+    const int value =
+        two ? std::clamp(255 * off / (subject - background), 0, 255) : (off != 0) * 255;
+    mask.pixels.push_back(static_cast<std::uint8_t>(value));
+  }
+  note = fmt::format(
+      "a picture of labels, a few flat grey levels: all but {} are taken for the subject",
+      background == 0 ? "black" : fmt::format("{}, the background's,", background));
+  return mask;
 }
 
 void refuse_inverted(const MaskPicture& mask, const std::string& path, const char* where) {
@@ -189,12 +243,9 @@ MaskPicture load_mask_picture(const std::string& path) {
     if (deep.channels >= 3) levels = mask_levels(deep, c);
   mask.picture = std::move(levels.picture);
   const char* what = alpha ? "alpha" : "brightness";
-  if (!alpha && shows_labels(deep)) {
-    for (std::size_t i = 0; i < mask.picture.pixels.size(); ++i)
-      mask.picture.pixels[i] = deep.samples[i * deep.channels] > 0 ? 255 : 0;
-    mask.note =
-        "a picture of labels, a few flat grey levels: all but black are taken for the subject";
-  } else if (levels.by_own)
+  if (!alpha && shows_labels(deep))
+    mask.picture = mask_of_labels(deep, path, mask.note);
+  else if (levels.by_own)
     mask.note = fmt::format("its largest {} is {} of {}: taken for the subject's", what,
                             levels.largest, deep.full);
   else if (levels.largest > 0 && 2 * levels.largest < deep.full)

@@ -272,6 +272,15 @@ TEST(RigPictures, MasksOfOtherConventionsAreTheSameMask) {
                                 return v ? step * (1 + row / 100 % 4) : 0;
                               })),
               sharp);
+  // A background that is not black, and alpha that is dithered.
+  for (const auto& [ground, subject] : {std::pair{1, 2}, {16, 235}, {30, 9}})
+    EXPECT_EQ(
+        rings(mask_file(hard, 1, [g = ground, s = subject](int v, int) { return v ? s : g; })),
+        sharp)
+        << ground;
+  EXPECT_EQ(rings(mask_file(hard, 4,
+                            [n = 0](int v, int c) mutable { return c < 3 ? v : 254 + n++ % 2; })),
+            sharp);
   // Two parts of the subject of different colours are both of it.
   const Rings parts = rings(mask_file(hard, 3, [n = 0](int v, int c) mutable {
     const int row = n++ / 3 / 1024;
