@@ -23,7 +23,8 @@ using Json = nlohmann::json;
 const char* const known_extensions[] = {
     "KHR_lights_punctual",   "KHR_materials_ior",       "KHR_materials_emissive_strength",
     "KHR_texture_transform", "KHR_mesh_quantization",   "KHR_materials_specular",
-    "KHR_materials_unlit",   "EXT_mesh_gpu_instancing", "KHR_materials_pbrSpecularGlossiness"};
+    "KHR_materials_unlit",   "EXT_mesh_gpu_instancing", "KHR_materials_pbrSpecularGlossiness",
+    "KHR_node_visibility"};
 
 Error unreadable_gltf(const std::string& path, const std::string& why) {
   return broken_scene(path, "is not a readable glTF 2.0 file: " + why);
@@ -116,8 +117,16 @@ Json take_list(Json& root, const char* name, const std::string& path) {
   return list;
 }
 
+/// Nothing where the file does not say it.
+std::string version_of(const Json& root) {
+  const Json asset = root.value("asset", Json::object());
+  if (!asset.is_object()) return "";
+  const Json version = asset.value("version", Json());
+  return version.is_number() ? version.dump() : text_of(asset, "version");
+}
+
 void check_version_and_extensions(const Json& root, const std::string& path) {
-  const std::string version = text_of(root.value("asset", Json::object()), "version");
+  const std::string version = version_of(root);
   if (!version.empty() && !version.starts_with('2')) {
     throw Error(Error::Kind::unsupported,
                 "Scene '{}' is a file of glTF {}; only glTF 2.0 is read. Export it anew, or "
@@ -196,9 +205,34 @@ void replace_specular_glossiness(Json& materials) {
   }
 }
 
+/// What writers leave out and tinygltf asks for.
+void add_defaults(Json& root) {
+  root["asset"] = {{"version", "2.0"}};
+  const Json::json_pointer lights("/extensions/KHR_lights_punctual/lights");
+  if (!root.contains(lights) || !root.at(lights).is_array()) return;
+  for (Json& light : root.at(lights))
+    if (light.is_object() && text_of(light, "type") == "spot" && !light.contains("spot"))
+      light["spot"] = Json::object();
+}
+
+/// The distances between elements of \p views, taken out of them: tinygltf refuses those that are not
+/// whole words. 0: it is not told.
+std::vector<std::size_t> take_strides(Json& views) {
+  std::vector<std::size_t> strides(views.size(), 0);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!views[i].is_object()) continue;
+    const auto stride = views[i].find("byteStride");
+    if (stride == views[i].end() || !stride->is_number_unsigned()) continue;
+    strides[i] = stride->get<std::size_t>();
+    views[i].erase(stride);
+  }
+  return strides;
+}
+
 /// The model of \p root, which tinygltf understands. It refuses indices without a buffer view, which
 /// sparse ones may be: until it has read them they have one.
 tinygltf::Model read_model(Json& root, const std::string& path) {
+  add_defaults(root);
   Json& views = root["bufferViews"];
   if (!views.is_array()) views = Json::array();
   std::vector<std::size_t> without_view;
@@ -211,6 +245,7 @@ tinygltf::Model read_model(Json& root, const std::string& path) {
       without_view.push_back(i);
     }
   }
+  const std::vector<std::size_t> strides = take_strides(views);
   views.push_back({{"buffer", 0}, {"byteLength", 1}});
   if (const auto materials = root.find("materials"); materials != root.end())
     replace_specular_glossiness(*materials);
@@ -226,7 +261,44 @@ tinygltf::Model read_model(Json& root, const std::string& path) {
   }
   model.bufferViews.pop_back();
   for (const std::size_t i : without_view) model.accessors.at(i).bufferView = -1;
+  for (std::size_t i = 0; i < strides.size(); ++i) model.bufferViews[i].byteStride = strides[i];
   return model;
+}
+
+/// The one file of \p folder whose name is \p name but for capitals; nothing: there is none, or more.
+std::filesystem::path spelt_otherwise(const std::filesystem::path& folder,
+                                      const std::string& name) {
+  const auto lower = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  std::filesystem::path found;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(
+           folder.empty() ? std::filesystem::path(".") : folder, error)) {
+    if (lower(entry.path().filename().string()) != lower(name) || !entry.is_regular_file(error))
+      continue;
+    if (!found.empty()) return {};
+    found = entry.path();
+  }
+  return found;
+}
+
+/// The file that \p uri means in \p folder; nothing: there is none. Some writers escape, some do not,
+/// some write Windows' separators; on Windows capitals do not count, and many write where a file was
+/// when they had it: then it is looked for beside the scene.
+std::filesystem::path file_at(const std::filesystem::path& folder, const std::string& uri) {
+  std::string slashes = unescape(uri);
+  std::replace(slashes.begin(), slashes.end(), '\\', '/');
+  for (const std::string& name : {unescape(uri), uri, slashes}) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
+  }
+  const std::filesystem::path path(slashes);
+  const std::string name = path.filename().string();
+  if (const auto found = spelt_otherwise((folder / path).parent_path(), name); !found.empty())
+    return found;
+  return spelt_otherwise(folder, name);
 }
 
 }  // namespace
@@ -257,17 +329,10 @@ std::vector<unsigned char> read_address(const std::string& path, const std::stri
                                         const std::string& what) {
   const std::string source = fmt::format("Scene '{}': the {} cannot be read", path, what);
   if (is_data_uri(uri)) return decode_data_uri(uri, source);
-  // Some writers escape, some do not, some write Windows' separators.
-  std::string slashes = unescape(uri);
-  std::replace(slashes.begin(), slashes.end(), '\\', '/');
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  for (const std::string& name : {unescape(uri), uri, slashes}) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(folder / name, error)) continue;
-    const std::string bytes = bytes_of(folder / name, source);
-    return {bytes.begin(), bytes.end()};
-  }
-  return {};
+  const std::filesystem::path found = file_at(std::filesystem::path(path).parent_path(), uri);
+  if (found.empty()) return {};
+  const std::string bytes = bytes_of(found, source);
+  return {bytes.begin(), bytes.end()};
 }
 
 }  // namespace polyhull

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "base/error.h"
@@ -42,19 +43,25 @@ class Loader {
     add_nodes();
     const auto no_triangles = [](const SceneMesh& mesh) { return mesh.triangles.empty(); };
     if (std::all_of(scene_.meshes.begin(), scene_.meshes.end(), no_triangles))
-      throw broken_scene(path_, "has no geometry: there is not one triangle in its nodes.");
+      throw broken_scene(path_, "has no geometry: there is not one triangle in its nodes" +
+                                    (left_out_.empty() ? "." : " but " + left_out() + "."));
     split_emitters(scene_);
     find_area_lights(scene_);
     add_distant_lights();
     scene_.mirrors = find_mirrors(scene_);
     set_exposure();
     if (!model_.animations.empty()) left_out_.insert("animations");
-    for (const std::string& what : left_out_)
-      scene_.left_out += (scene_.left_out.empty() ? "" : ", ") + what;
+    scene_.left_out = left_out();
     return std::move(scene_);
   }
 
  private:
+  std::string left_out() const {
+    std::string list;
+    for (const std::string& what : left_out_) list += (list.empty() ? "" : ", ") + what;
+    return list;
+  }
+
   void add_nodes() {
     if (model_.scenes.empty()) {
       for (std::size_t i = 0; i < model_.nodes.size(); ++i) roots_.push_back(static_cast<int>(i));
@@ -76,6 +83,7 @@ class Loader {
     if (depth > deepest_node || ++nodes_visited_ > 4 * model_.nodes.size())
       throw broken_scene(path_, "has nodes that contain one another.");
     const tinygltf::Node& node = model_.nodes[index];
+    if (is_invisible(node)) return;
     const Mat4 to_world = parent * local_transform(source_, node);
     if (node.mesh >= 0) add_mesh(node, to_world);
     if (node.camera >= 0) add_camera(node, to_world);
@@ -86,9 +94,24 @@ class Loader {
         throw broken_scene(
             path_, fmt::format("has a node '{}' with a light that does not exist.", node.name));
       }
-      lights_.push_back({&model_.lights[number], to_world, node.name, &node.extras});
+      add_light(model_.lights[number], node, to_world);
     }
     for (const int child : node.children) add_node(child, to_world, depth + 1);
+  }
+
+  /// With all that hangs on it.
+  static bool is_invisible(const tinygltf::Node& node) {
+    const auto found = node.extensions.find("KHR_node_visibility");
+    if (found == node.extensions.end() || !found->second.Has("visible")) return false;
+    const tinygltf::Value& visible = found->second.Get("visible");
+    return visible.IsBool() && !visible.Get<bool>();
+  }
+
+  void add_light(const tinygltf::Light& light, const tinygltf::Node& node, const Mat4& to_world) {
+    if (light.type == "point" || light.type == "spot" || light.type == "directional")
+      lights_.push_back({&light, to_world, node.name, &node.extras});
+    else
+      left_out_.insert("lights of other types than point, spot and directional");
   }
 
   void add_mesh(const tinygltf::Node& node, const Mat4& to_world) {
@@ -108,13 +131,20 @@ class Loader {
         left_out_.insert("points and lines");
         continue;
       }
+      if (!primitive.attributes.contains("POSITION")) {
+        left_out_.insert("meshes without positions");
+        continue;
+      }
       if (primitive.attributes.contains("COLOR_0")) left_out_.insert("vertex colours");
       SceneMesh out = read_primitive(primitive, mode, name);
       out.material = primitive.material >= 0 ? primitive.material : default_material_;
       if (out.material > default_material_)
         throw broken_scene(
             path_, fmt::format("has a mesh '{}' with a material that does not exist.", name));
-      apply_texture_transform(primitive.material, out);
+      apply_texture_transform(source_, primitive.material, out);
+      if (out.texture_coordinates.empty() &&
+          scene_.materials[out.material].base_colour_texture >= 0)
+        left_out_.insert("textures (of meshes without their texture coordinates)");
       out.copies = instances.size();
       charge(out, instances.size() * (charged_for_a_mesh + name.size() / characters_charged +
                                       out.positions.size() + out.triangles.size() / 3));
@@ -159,7 +189,7 @@ class Loader {
       for (std::size_t i = 0; i < n.size(); i += 3)
         out.normals.emplace_back(n[i], n[i + 1], n[i + 2]);
     }
-    const std::string set = fmt::format("TEXCOORD_{}", texture_set(primitive.material));
+    const std::string set = fmt::format("TEXCOORD_{}", texture_set(source_, primitive.material));
     if (attribute(set.c_str()) >= 0) {
       const std::vector<float> t =
           read_floats(source_, attribute(set.c_str()), 2, "texture coordinates" + of);
@@ -218,15 +248,6 @@ class Loader {
       if (value.Has("bufferView")) throw compressed(source_, "vertices" + of, extension);
   }
 
-  int texture_set(int material) const {
-    if (material < 0 || static_cast<std::size_t>(material) >= model_.materials.size()) return 0;
-    const tinygltf::TextureInfo& texture =
-        model_.materials[material].pbrMetallicRoughness.baseColorTexture;
-    const double set =
-        gltf_number(texture.extensions, "KHR_texture_transform", "texCoord", texture.texCoord);
-    return static_cast<int>(std::clamp(set, 0.0, 1e6));
-  }
-
   /// glTF asks for flat normals where a file has none: each triangle gets vertices of its own.
   static void make_flat(SceneMesh& mesh) {
     SceneMesh flat;
@@ -246,29 +267,6 @@ class Loader {
     mesh.normals = std::move(flat.normals);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
       mesh.triangles[i] = static_cast<std::uint32_t>(i);
-  }
-
-  void apply_texture_transform(int material, SceneMesh& mesh) const {
-    if (material < 0 || static_cast<std::size_t>(material) >= model_.materials.size()) return;
-    const tinygltf::ExtensionMap& extensions =
-        model_.materials[material].pbrMetallicRoughness.baseColorTexture.extensions;
-    const auto found = extensions.find("KHR_texture_transform");
-    if (found == extensions.end()) return;
-    const auto pair = [&](const char* name, float otherwise) {
-      Vec2f value(otherwise);
-      if (!found->second.Has(name) || found->second.Get(name).ArrayLen() != 2) return value;
-      for (int k = 0; k < 2; ++k)
-        value[k] = static_cast<float>(found->second.Get(name).Get(k).GetNumberAsDouble());
-      return value;
-    };
-    const Vec2f offset = pair("offset", 0.0f), scale = pair("scale", 1.0f);
-    const auto angle =
-        static_cast<float>(gltf_number(extensions, "KHR_texture_transform", "rotation", 0.0));
-    const float c = std::cos(angle), s = std::sin(angle);
-    for (Vec2f& t : mesh.texture_coordinates) {
-      const Vec2f scaled = t * scale;
-      t = Vec2f(c * scaled.x + s * scaled.y, -s * scaled.x + c * scaled.y) + offset;
-    }
   }
 
   static void place(const Mat4& to_world, SceneMesh& mesh) {
@@ -313,11 +311,16 @@ class Loader {
   void add_camera(const tinygltf::Node& node, const Mat4& to_world) {
     if (static_cast<std::size_t>(node.camera) >= model_.cameras.size()) return;
     const tinygltf::Camera& in = model_.cameras[node.camera];
-    if (in.type != "perspective" || !(in.perspective.yfov > 0.0)) return;
+    const double fov = in.perspective.yfov;  // radians
+    if (in.type != "perspective" || !(fov > 0.0)) return;
+    if (!(fov < std::numbers::pi)) {
+      left_out_.insert("cameras whose field of view is 180 degrees or more");
+      return;
+    }
     const Vec3 eye(to_world[3]);
     const Vec3 forward = -Vec3(to_world[2]);
-    Camera camera = look_at(eye, eye + forward, glm::degrees(in.perspective.yfov), camera_width,
-                            camera_height, Vec3(to_world[1]));
+    Camera camera = look_at(eye, eye + forward, glm::degrees(fov), camera_width, camera_height,
+                            Vec3(to_world[1]));
     camera.name = camera_name(!node.name.empty() ? node.name : in.name, node.camera);
     scene_.cameras.push_back(std::move(camera));
   }

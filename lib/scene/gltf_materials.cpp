@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "scene/gltf_materials.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string_view>
@@ -75,6 +76,8 @@ class MaterialReader {
     if ((!in.alphaMode.empty() && in.alphaMode != "OPAQUE") ||
         in.extensions.contains("KHR_materials_transmission"))
       left_out_.insert("transparency");
+    if (in.extensions.contains("KHR_materials_unlit"))
+      left_out_.insert("unlit materials (the scene lights them)");
     scene_.materials.push_back(std::move(out));
   }
 
@@ -155,6 +158,38 @@ class MaterialReader {
 void add_materials(const GltfSource& source, Scene& scene, std::set<std::string>& left_out) {
   MaterialReader reader(source, scene, left_out);
   for (const tinygltf::Material& material : source.model.materials) reader.add_material(material);
+}
+
+int texture_set(const GltfSource& source, int material) {
+  if (material < 0 || static_cast<std::size_t>(material) >= source.model.materials.size()) return 0;
+  const tinygltf::TextureInfo& texture =
+      source.model.materials[material].pbrMetallicRoughness.baseColorTexture;
+  const double set =
+      gltf_number(texture.extensions, "KHR_texture_transform", "texCoord", texture.texCoord);
+  return static_cast<int>(std::clamp(set, 0.0, 1e6));
+}
+
+void apply_texture_transform(const GltfSource& source, int material, SceneMesh& mesh) {
+  if (material < 0 || static_cast<std::size_t>(material) >= source.model.materials.size()) return;
+  const tinygltf::ExtensionMap& extensions =
+      source.model.materials[material].pbrMetallicRoughness.baseColorTexture.extensions;
+  const auto found = extensions.find("KHR_texture_transform");
+  if (found == extensions.end()) return;
+  const auto pair = [&](const char* name, float otherwise) {
+    Vec2f value(otherwise);
+    if (!found->second.Has(name) || found->second.Get(name).ArrayLen() != 2) return value;
+    for (int k = 0; k < 2; ++k)
+      value[k] = static_cast<float>(found->second.Get(name).Get(k).GetNumberAsDouble());
+    return value;
+  };
+  const Vec2f offset = pair("offset", 0.0f), scale = pair("scale", 1.0f);
+  const auto angle =
+      static_cast<float>(gltf_number(extensions, "KHR_texture_transform", "rotation", 0.0));
+  const float c = std::cos(angle), s = std::sin(angle);
+  for (Vec2f& t : mesh.texture_coordinates) {
+    const Vec2f scaled = t * scale;
+    t = Vec2f(c * scaled.x + s * scaled.y, -s * scaled.x + c * scaled.y) + offset;
+  }
 }
 
 }  // namespace polyhull

@@ -17,4 +17,10 @@ namespace polyhull {
 /// below 0 and for pictures that are missing or cannot be decoded.
 void add_materials(const GltfSource& source, Scene& scene, std::set<std::string>& left_out);
 
+/// The number of the texture coordinates (TEXCOORD_n) that \p material, of the file, uses.
+int texture_set(const GltfSource& source, int material);
+
+/// Moves the texture coordinates of \p mesh as \p material of the file asks by KHR_texture_transform.
+void apply_texture_transform(const GltfSource& source, int material, SceneMesh& mesh);
+
 }  // namespace polyhull
