@@ -72,6 +72,30 @@ bool is_opentrackio(std::span<const std::uint8_t> bytes) {
   return (!bytes.empty() && bytes[0] == identifier[0]) || is_json(bytes) || is_cbor(bytes);
 }
 
+std::vector<std::span<const std::uint8_t>> opentrackio_packets(
+    std::span<const std::uint8_t> datagram) {
+  if (!is_json(datagram)) return {datagram};
+  std::vector<std::span<const std::uint8_t>> samples;
+  std::size_t begin = 0, depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < datagram.size(); ++i) {
+    const std::uint8_t c = datagram[i];
+    if (c == '"') in_string = !in_string;
+    if (in_string) {
+      i += c == '\\';
+    } else if (c == '{') {
+      ++depth;
+    } else if (c == '}' && depth > 0 && --depth == 0) {
+      samples.push_back(datagram.subspan(begin, i + 1 - begin));
+      begin = i + 1;
+    }
+  }
+  const auto rest = text_of(datagram.subspan(begin));
+  if (samples.empty() || std::any_of(rest.begin(), rest.end(), [](auto byte) { return byte != 0; }))
+    samples.push_back(datagram.subspan(begin));
+  return samples;
+}
+
 OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) {
   OpenTrackIOPacket packet;
   if (is_json(bytes)) {

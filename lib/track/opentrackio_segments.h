@@ -40,6 +40,11 @@ struct OpenTrackIOPacket {
 /// Whether \p bytes begin as a packet does, with or without header.
 bool is_opentrackio(std::span<const std::uint8_t> bytes);
 
+/// The packets of \p datagram: the samples of bare JSON that stand one behind another, a line each or
+/// not, without white space and zeros behind the last; else what it is.
+std::vector<std::span<const std::uint8_t>> opentrackio_packets(
+    std::span<const std::uint8_t> datagram);
+
 /// The packet that \p bytes hold: one with a header, or a whole sample as bare JSON, which begins with
 /// "{", or bare CBOR, which begins with a map. Throws PacketError where bytes are missing or the checksum is wrong, Error (bad_input) for
 /// anything else.

@@ -23,7 +23,9 @@ TrackProtocol protocol_of(std::span<const std::uint8_t> packet) {
 
 std::vector<std::span<const std::uint8_t>> packets_in(std::span<const std::uint8_t> datagram,
                                                       TrackProtocol protocol) {
-  if (protocol == TrackProtocol::opentrackio) return {datagram};
+  const bool other = protocol == TrackProtocol::automatic && !is_freed(datagram);
+  if (protocol == TrackProtocol::opentrackio || (other && is_opentrackio(datagram)))
+    return opentrackio_packets(datagram);
   return freed_packets(datagram);
 }
 

@@ -35,7 +35,8 @@ struct PoseReaderSettings {
   std::shared_ptr<const LensTable> lens;
 };
 
-/// What came in one datagram as packets: of FreeD's there may be several (freed_packets()).
+/// What came in one datagram as packets: of FreeD's and of bare JSON's there may be several
+/// (freed_packets(), opentrackio_packets()).
 std::vector<std::span<const std::uint8_t>> packets_in(std::span<const std::uint8_t> datagram,
                                                       TrackProtocol protocol);
 

@@ -143,7 +143,7 @@ class LensTable::Reader {
     line = trimmed(line.substr(0, line.find('#')));
     const char separator = separator_of(line);
     std::vector<std::string_view> cells = cells_of(line, separator);
-    if (cells.empty()) return;
+    if (cells.empty() || line.starts_with("sep=")) return;  // a spreadsheet's
     const auto is_encoder = [](std::string_view cell) {
       const std::string name = normalised_name(cell);
       return name == "zoom" || name == "focus";
@@ -196,13 +196,13 @@ class LensTable::Reader {
     Row row{};
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Named& name = heading_[i];
-      const std::optional<double> value = number_of(cells[i], separator_);
+      const std::optional<double> value = number_of(cells[i]);
       if (!value)
         fail(fmt::format(
             "'{}' in the column {} is no number{}", shown(cells[i]), name.name,
             cells[i].find(',') == std::string_view::npos ? "" : "; decimals stand behind a point"));
       // A comma before three digits, as in 16,384: decimals, or thousands?
-      if (!name.column && separator_ != ',' && !cells[i].starts_with('0') &&
+      if (!name.column && !cells[i].starts_with('0') &&
           cells[i].size() - std::min(cells[i].size(), cells[i].find(',')) == 4)
         fail(
             fmt::format("'{}' in the column {} may be thousands or decimals: write thousands "

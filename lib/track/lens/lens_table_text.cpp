@@ -12,6 +12,16 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
+/// Where the first \p separator of \p line is that no quotation marks enclose; npos: nowhere.
+std::size_t find_separator(std::string_view line, char separator) {
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') quoted = !quoted;
+    if (!quoted && (line[i] == separator || (separator == ' ' && line[i] == '\t'))) return i;
+  }
+  return line.npos;
+}
+
 }  // namespace
 
 std::string shown(std::string_view cell) {
@@ -41,14 +51,14 @@ std::string normalised_name(std::string_view cell) {
 
 char separator_of(std::string_view heading) {
   for (const char c : {';', ',', '\t'})
-    if (heading.find(c) != std::string_view::npos) return c;
+    if (find_separator(heading, c) != heading.npos) return c;
   return ' ';
 }
 
 std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   while (!line.empty()) {
-    const std::size_t end = separator == ' ' ? line.find_first_of(" \t") : line.find(separator);
+    const std::size_t end = find_separator(line, separator);
     std::string_view cell = trimmed(line.substr(0, end));
     if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
       cell = cell.substr(1, cell.size() - 2);
@@ -59,10 +69,9 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   return cells;
 }
 
-std::optional<double> number_of(std::string_view cell, char separator) {
+std::optional<double> number_of(std::string_view cell) {
   std::string with_point;
-  if (const std::size_t comma = cell.find(',');
-      comma != cell.npos && separator != ',' && cell.find('.') == cell.npos) {
+  if (const std::size_t comma = cell.find(','); comma != cell.npos && cell.find('.') == cell.npos) {
     with_point = cell;
     with_point[comma] = '.';
     cell = with_point;

@@ -22,11 +22,12 @@ std::string normalised_name(std::string_view cell);
 /// What stands between the cells of \p heading: a semicolon, a comma, a tab, or a blank for any blanks.
 char separator_of(std::string_view heading);
 
-/// The cells of \p line, without quotes. Empty ones at its end, which spreadsheets leave, are none.
+/// The cells of \p line, without quotes, between which a separator does not count. Empty cells at its
+/// end, which spreadsheets leave, are none.
 std::vector<std::string_view> cells_of(std::string_view line, char separator);
 
-/// \p cell as a number: decimals behind a point, or a comma where no comma is the \p separator;
-/// hexadecimal behind 0x; inf is one, nan is none.
-std::optional<double> number_of(std::string_view cell, char separator);
+/// \p cell as a number: decimals behind a point or a comma; hexadecimal behind 0x; inf is one, nan is
+/// none.
+std::optional<double> number_of(std::string_view cell);
 
 }  // namespace polyhull::lens_file

@@ -166,8 +166,10 @@ TEST(LensTable, TakesWhatSpreadsheetsWrite) {
 }
 
 TEST(LensTable, DecimalCommasWhereNoCommaParts) {
-  for (const char* text : {"zoom;focal_length_mm;k1\n0,5;25,25;-,5e-1\n",
-                           "zoom focal_length_mm k1\n0,5 25,25 -0,05\n"}) {
+  for (const char* text :
+       {"zoom;focal_length_mm;k1\n0,5;25,25;-,5e-1\n", "zoom focal_length_mm k1\n0,5 25,25 -0,05\n",
+        "sep=,\nzoom,focal_length_mm,k1\n\"0,5\",\"25,25\",\"-0,05\"\n",
+        "\"zoom\"\t\"focal length, mm\"\tk1\n\"0,5\"\t\"25,25\"\t-0.05\n"}) {
     const LensState state = table(text).at({0.5, {}});
     EXPECT_EQ(state.focal_length_mm, 25.25);
     EXPECT_EQ(state.distortion.at(0), -0.05);

@@ -60,6 +60,30 @@ TEST(OpenTrackIO, ReadsASampleInEachEncodingAndWithoutHeader) {
   }
 }
 
+// One behind another, a line each, with what some senders leave behind the last.
+TEST(OpenTrackIO, SeveralSamplesOfBareJsonInADatagram) {
+  std::string one = sample({90, 30, 0}, {1, 2, 3}).dump();
+  one.insert(1, R"("custom": "}{ \" [", )");
+  const auto poses = [](const std::string& text, TrackProtocol protocol) {
+    const Packet datagram(text.begin(), text.end());
+    std::size_t found = 0, refused = 0;
+    PoseReader reader;
+    for (const auto packet : packets_in(datagram, protocol)) try {
+        found += reader.read(packet, "a:1", {.protocol = protocol}).has_value();
+      } catch (const Error&) {
+        ++refused;
+      }
+    return 10 * found + refused;
+  };
+  for (const TrackProtocol protocol : {TrackProtocol::automatic, TrackProtocol::opentrackio}) {
+    EXPECT_EQ(poses(one, protocol), 10u);
+    EXPECT_EQ(poses("\n" + one + "\r\n" + one + "\n" + std::string(9, '\0'), protocol), 20u);
+    EXPECT_EQ(poses(one + one + one.substr(0, 40), protocol), 21u);
+    EXPECT_EQ(poses(one.substr(0, one.size() - 1), protocol), 1u);
+    EXPECT_EQ(poses(std::string(5000, '{') + "}", protocol), 1u);
+  }
+}
+
 TEST(OpenTrackIO, PlacesTheEntrancePupilAndChainsTransforms) {
   nlohmann::json value = sample({90, 0, 0}, {0, 0, 2});
   value["transforms"].push_back({{"translation", {{"x", 0.0}, {"y", 1.0}, {"z", 0.0}}},
