@@ -9,7 +9,9 @@ namespace polyhull::element {
 
 std::string sentence(std::string text) {
   if (!text.empty() && text.back() != '.') text += '.';
-  return text;
+  // Messages quote files and packets, and those who receive them take them for UTF-8.
+  g_autofree gchar* valid = g_utf8_make_valid(text.data(), static_cast<gssize>(text.size()));
+  return valid;
 }
 
 void post_error(GstElement* element, const std::exception& error) {

@@ -12,7 +12,8 @@
 
 namespace polyhull::element {
 
-/// \p text, which may come from the library as a part of a sentence, with a full stop at its end.
+/// \p text, which may come from the library as a part of a sentence, with a full stop at its end; bytes
+/// that are no UTF-8 are replaced.
 std::string sentence(std::string text);
 
 /// Posts one error message on \p element for \p error: polyhull::Error by its kind, std::bad_alloc

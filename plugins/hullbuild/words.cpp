@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "plugins/common/guard.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -49,7 +51,7 @@ std::string list_of(const std::vector<AbsentCamera>& cameras, bool with_reasons)
 }
 
 void warn(GstElement* element, const std::string& text) {
-  GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
+  GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", sentence(text).c_str()), (nullptr));
 }
 
 void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,
