@@ -69,6 +69,18 @@ GST_START_TEST(test_freed_as_others_send_it) {
 }
 GST_END_TEST
 
+// What a packet holds may be any bytes, messages are UTF-8.
+GST_START_TEST(test_messages_quote_in_utf8) {
+  Bench bench("port=0");
+  const std::string latin1 = "{\"sourceId\": \"K\xFChe\"}";
+  bench.nothing_of({latin1.begin(), latin1.end()}, "refused");
+  const auto said = warnings_on(bench.bus);
+  fail_unless_equals_int(said.size(), 1);
+  expect_in(said[0], {"ill-formed UTF-8", "\"K"});
+  fail_unless(g_utf8_validate(said[0].c_str(), -1, nullptr));
+}
+GST_END_TEST
+
 GST_START_TEST(test_several_packets_in_a_datagram) {
   Bench bench("port=0");
   Packet all;
@@ -153,6 +165,7 @@ static Suite* tracksrc_freed_suite() {
   tcase_add_test(tests, test_freed);
   tcase_add_test(tests, test_settings_of_freed_change_live);
   tcase_add_test(tests, test_freed_as_others_send_it);
+  tcase_add_test(tests, test_messages_quote_in_utf8);
   tcase_add_test(tests, test_several_packets_in_a_datagram);
   tcase_add_test(tests, test_implausible_focal_lengths);
   tcase_add_test(tests, test_lens_file);
