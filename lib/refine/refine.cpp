@@ -39,6 +39,8 @@ constexpr float thin_handle = 0.05f;
 /// By how much outlines may contradict each other: cells, which is what the surface rounds, and
 /// pixels, which is what mattes and calibrations are wrong by.
 constexpr float unsure_cells = 0.5f, unsure_pixels = 4.0f;
+/// A loose piece has to come as near to a ray that needs it, pixels.
+constexpr float covering_pixels = 2.0f;
 /// How often the pictures are asked.
 constexpr int photo_rounds = 3;
 
@@ -266,7 +268,8 @@ void HullRefiner::State::tidy() {
   float pixels = 0.0f;  // of a cell, the mean
   for (const ContactView& view : distance.views)
     pixels += pixels_of_a_cell(view) / static_cast<float>(distance.views.size());
-  const float unsure = unsure_cells + unsure_pixels / std::max(pixels, 2.0f);
+  pixels = std::max(pixels, 2.0f);
+  const float unsure = unsure_cells + unsure_pixels / pixels;
   std::vector<LevelRuns> runs;
   for (const Level& level : fine) runs.push_back(find_runs(level, 0.0f));
   for (std::size_t p = 0; p < fine.size(); ++p) {
@@ -277,8 +280,8 @@ void HullRefiner::State::tidy() {
     if (cut_thin_handles(fine[p], runs[p], thin_handle, needed, labels) > 0)
       runs[p] = find_runs(fine[p], 0.0f);
   }
-  statistics.pieces_dropped = static_cast<std::uint32_t>(
-      drop_unneeded_components(fine, std::move(runs), rays, unsure, threads));
+  statistics.pieces_dropped = static_cast<std::uint32_t>(drop_unneeded_components(
+      fine, std::move(runs), rays, unsure, covering_pixels / pixels, threads));
 }
 
 /// Each round sees further into hollows.

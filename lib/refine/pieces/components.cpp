@@ -127,10 +127,47 @@ std::vector<std::uint32_t> components_near(const ContactRay& ray, std::span<cons
   return found;
 }
 
+/// Whether the surface of component \p c, of \p level, comes within \p reach of \p ray: where a node
+/// of it does, or the place between it and one outside where f is 0.
+bool covers(const Components& components, std::uint32_t c, const Level& level,
+            const LevelRuns& runs, const ContactRay& ray, float reach) {
+  const Grid& grid = level.grid;
+  const Vec3f way = glm::normalize(ray.direction);
+  const auto near = [&](const Vec3f& point) {
+    const Vec3f off = glm::cross(point - ray.origin, way);
+    return glm::dot(off, off) <= reach * reach;
+  };
+  const std::size_t steps[] = {1, grid.row(), grid.slab()};
+  const auto reaches = [&](std::size_t node, const Vec3f& at) {
+    if (near(at)) return true;
+    const float inside = level.values[node];
+    for (int k = 0; k < 3; ++k)
+      for (const float sign : {-1.0f, 1.0f}) {
+        const float beside = level.values[sign < 0.0f ? node - steps[k] : node + steps[k]];
+        if (beside > 0.0f) continue;
+        Vec3f point = at;
+        point[k] += sign * grid.cell * inside / (inside - beside);
+        if (near(point)) return true;
+      }
+    return false;
+  };
+  const auto row_of = [&](const Vec3f& corner, int k) {
+    return static_cast<int>(std::lround((corner[k] - grid.low[k]) / grid.cell));
+  };
+  const Box& box = components.boxes[c];
+  for (int z = row_of(box.low, 2); z <= row_of(box.high, 2); ++z)
+    for (int y = row_of(box.low, 1); y <= row_of(box.high, 1); ++y)
+      for (const Run& run : runs.row(static_cast<std::size_t>(z) * grid.ny + y))
+        for (int x = run.begin; x < run.end && run.component == c; ++x)
+          if (reaches(grid.node(x, y, z), grid.position(x, y, z))) return true;
+  return false;
+}
+
 }  // namespace
 
 std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRuns> runs,
-                                     const ContactRays& rays, float unsure, int threads) {
+                                     const ContactRays& rays, float unsure, float covering,
+                                     int threads) {
   std::uint32_t count = 0;
   for (const LevelRuns& level : runs) count += level.components;
   if (count < 2) return 0;
@@ -146,11 +183,16 @@ std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRun
   });
   std::vector<bool> needed(count, false);
   needed[0] = true;
+  const auto needs = [&](std::size_t i, std::uint32_t c) {
+    const Touched& ray = touched[i];
+    const std::uint32_t part = rays.rays[i].part;
+    return ray.at_rim == c &&
+           std::none_of(ray.nearby.begin(), ray.nearby.end(),
+                        [&](std::uint32_t other) { return needed[other]; }) &&
+           covers(components, c, fine[part], components.levels[part], rays.rays[i], covering);
+  };
   for (std::uint32_t c = 1; c < count; ++c)
-    needed[c] = std::any_of(touched.begin(), touched.end(), [&](const Touched& ray) {
-      return ray.at_rim == c && std::none_of(ray.nearby.begin(), ray.nearby.end(),
-                                             [&](std::uint32_t other) { return needed[other]; });
-    });
+    for (std::size_t i = 0; i < touched.size() && !needed[c]; ++i) needed[c] = needs(i, c);
   for (std::size_t p = 0; p < fine.size(); ++p)
     for (std::size_t r = 0; r < fine[p].rows.size(); ++r)
       for (const Run& run : components.levels[p].row(r)) {

@@ -5,7 +5,7 @@
 /// Where silhouettes contradict each other by a pixel or two, a ray touches the body nowhere exactly,
 /// but some thin fin of the hull that stands off it, and the fit there makes a crumb. A component is
 /// needed where a ray touches it that passes by all larger ones that are needed, farther than
-/// outlines are sure: a ball that was thrown, a hand whose arm is hidden.
+/// outlines are sure, and whose pixel it covers: a ball that was thrown, a hand whose arm is hidden.
 #pragma once
 
 #include <span>
@@ -16,9 +16,11 @@ namespace polyhull::refine {
 
 /// Puts the nodes of components that no ray needs outside of the surface; the largest component
 /// stays. \p runs of \p fine, each level's, at 0, and \p rays with their rims there. A ray passes a
-/// component by where no node of it is within \p unsure of the ray. Returns how many were dropped.
+/// component by where no node of it is within \p unsure of the ray; one covers it whose surface is within
+/// \p covering. Returns how many were dropped.
 std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRuns> runs,
-                                     const ContactRays& rays, float unsure, int threads);
+                                     const ContactRays& rays, float unsure, float covering,
+                                     int threads);
 
 /// Whether a ray touches the surface at \p point that passes it nowhere else: where the ray is farther
 /// than twice \p unsure from its rim, no node inside is within \p unsure. \p runs of \p fine, each

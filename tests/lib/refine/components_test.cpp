@@ -13,6 +13,8 @@
 #include "base/picture.h"
 #include "hull/measure.h"
 #include "refine/cell_surface.h"
+#include "refine/contact_rays.h"
+#include "refine/pieces/components.h"
 #include "refine/pieces/handles.h"
 #include "refine/refine.h"
 #include "rig/rig.h"
@@ -137,6 +139,33 @@ refine::Level empty_level(int nx, int ny, int nz) {
   level.values.assign(level.grid.size(), -1.0f);
   level.rows.assign(static_cast<std::size_t>(ny) * nz, {0, nx});
   return level;
+}
+
+/// Whether a piece of \p nodes nodes stays where a ray passes it \p beside its first one.
+bool stays(int nodes, float beside) {
+  refine::Level level = empty_level(40, 20, 20);
+  for (int z = 5; z < 15; ++z)
+    for (int y = 5; y < 15; ++y)
+      for (int x = 2; x < 10; ++x) level.values[level.grid.node(x, y, z)] = 1.0f;
+  for (int i = 0; i < nodes; ++i)
+    level.values[level.grid.node(30 + i % 2, 10 + i / 2 % 2, 10 + i / 4)] = 1.0f;
+  refine::ContactRays rays;
+  rays.rays.emplace_back();
+  rays.rays[0].origin = level.grid.position(30, 10, 10) - Vec3f(beside, 0.0f, 20.0f);
+  rays.rays[0].direction = Vec3f(0.0f, 0.0f, 1.0f);
+  rays.rays[0].depth = 20.0f;
+  return refine::drop_unneeded_components({&level, 1}, {refine::find_runs(level, 0.0f)}, rays, 1.2f,
+                                          0.36f, 1) == 0;
+}
+
+// The surface is a quarter of a cell beside the nodes.
+TEST(Components, OnesThatCoverNoPixelOfTheRayAreDropped) {
+  for (const int nodes : {1, 8}) {
+    EXPECT_TRUE(stays(nodes, 0.0f));
+    EXPECT_TRUE(stays(nodes, 0.55f));
+    EXPECT_FALSE(stays(nodes, 0.65f));
+    EXPECT_FALSE(stays(nodes, 2.0f));
+  }
 }
 
 /// A frame of three broad sides, and one of single nodes of depth \p thin.
