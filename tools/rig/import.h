@@ -38,19 +38,20 @@ struct Options {
 /// lie beside the file.
 Rig middlebury(const std::string& file, const Options& options);
 
-/// Plain 3x4 projection matrices, row by row: 12 numbers per line, or three lines of four, any
-/// number of matrices in a file; blanks, commas or semicolons between numbers, decimal commas and
-/// Matlab's brackets as in rows_of() (import/lines.h). Headings, which begin with a word and hold
-/// fewer than three numbers, are skipped, and so is a fourth row 0 0 0 1, on a line of its own or as the last of 16 numbers.
+/// Plain 3x4 projection matrices, row by row: 12 numbers per line, perhaps behind a name, or three
+/// lines of four, any number of matrices in a file; blanks, commas or semicolons between numbers,
+/// decimal commas and brackets of Matlab, numpy, JSON and Blender as in rows_of() (import/lines.h).
+/// Headings, which begin with a word and hold fewer than three numbers, are skipped, and so is a
+/// fourth row 0 0 0 W, on a line of its own or as the last of 16 numbers.
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options);
 
 /// "name K(9) distortion(5) R(9) t(3)" per line, read by rows_of(); the name may have blanks.
 Rig text(const std::string& file, const Options& options);
 
-/// OpenCV XML or YAML, one file per camera (matrix, distortion, rotation as matrix or Rodrigues
-/// vector, translation under their usual names), or a stereo pair's intrinsics (M1 D1 M2 D2, or other
-/// names with 1 and 2, left and right) and extrinsics (R T), in one file or two of any order. Files
-/// are named by distinct_names().
+/// OpenCV XML, YAML or JSON, one file per camera (matrix, distortion, rotation as matrix or Rodrigues
+/// vector, translation under their usual names, as cv::FileStorage's matrices or plain lists), or a
+/// stereo pair's intrinsics (M1 D1 M2 D2, or other names with 1 and 2, left and right) and extrinsics
+/// (R T), or EasyMocap's, in one file or two of any order. Files are named by distinct_names().
 Rig opencv(const std::vector<std::string>& files, const Options& options);
 
 /// Bouguet's Calib_Results.m, one file per camera, named like opencv()'s. The world is the board's
@@ -59,9 +60,9 @@ Rig opencv(const std::vector<std::string>& files, const Options& options);
 /// to a rig's.
 Rig bouguet(const std::vector<std::string>& files, const Options& options);
 
-/// COLMAP's text model: the folder with cameras.txt and images.txt. Cameras are named by their
-/// images' distinct_names(). Of images of one camera in one folder and at one place, which are of
-/// several instants, the first is taken, with a note.
+/// COLMAP's text model: the folder with cameras.txt and images.txt, or one of these. Cameras are named
+/// by their images' distinct_names(). Of images of one camera or of one folder at one place, which
+/// are of several instants, the first is taken, with a note.
 Rig colmap(const std::string& folder, const Options& options);
 
 /// Kalibr's camchain.yaml, without distortion or with its radtan model (also called plumb_bob, and

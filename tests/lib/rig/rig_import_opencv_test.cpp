@@ -101,6 +101,12 @@ TEST(RigImportOpenCv, ListsOfNumbers) {
   expect_refused([&] { read(size + with(matrices(flat), "mtx: [", "mtx: [1, ")); },
                  "cam0.yml, line 2: the camera matrix has 10 numbers, expected 9");
   expect_refused([&] { read(head + "size: 30\n" + matrices(flat)); }, "does not say the pictures'");
+  expect_refused([&] { read("img_size: [768, 1024]\n" + matrices(flat)); },
+                 "its pictures of 768x1024 have the principal point (512, 384), as if height");
+  const std::string degrees = size + flat("mtx", 3, numbers(one_camera().cameras[0].K)) +
+                              "rotation: [0, 90, 5]\ntvec: [0, 0, 3]\n";
+  expect_refused([&] { read(degrees); }, "theirs is 90.14; of angles in degrees make a matrix R");
+  EXPECT_EQ(read(with(degrees, "90, 5", "1.5, 0")).cameras[0].R, import::rotation_of({0, 1.5, 0}));
   // A list in a list in a list, and one that stands for thousands.
   expect_refused([&] { read("mtx: " + std::string(30, '[') + std::string(30, ']') + "\n"); },
                  "cam0.yml: not an OpenCV XML or YAML file");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Cameras of OpenCV's files: one in each, a stereo pair, or EasyMocap's.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -48,8 +49,15 @@ Vec3 vector(const cv::Mat& m) {
   return {v[0], v[1], v[2]};
 }
 
-Mat3 rotation(const cv::Mat& m) {
-  return m.total() == 9 ? matrix(m) : rotation_of(vector(m));
+// A matrix, or a vector along the axis, as long as the angle.
+Mat3 rotation(const cv::Mat& m, const OpenCvFile& file) {
+  if (m.total() == 9) return matrix(m);
+  if (const double angle = glm::length(vector(m)); angle > 6.3)
+    file.fail(
+        fmt::format("its rotation's three numbers are no rotation vector, for its length is the "
+                    "angle in radians, and theirs is {:.4g}; of angles in degrees make a matrix R",
+                    angle));
+  return rotation_of(vector(m));
 }
 
 void set_size(Camera& camera, const OpenCvFile& file, const Options& options,
@@ -59,6 +67,19 @@ void set_size(Camera& camera, const OpenCvFile& file, const Options& options,
   camera.height = options.height > 0 ? options.height : size[1];
   if (camera.width <= 0 || camera.height <= 0)
     file.fail("it does not say the pictures' size; give it with --size WIDTHxHEIGHT");
+}
+
+// Pairs of numbers may be height and width, as Python's arrays have them.
+void check_size(const Camera& camera, const OpenCvFile& file) {
+  const auto off = [&](double width, double height) {
+    return std::abs(camera.K[2][0] / width - 0.5) + std::abs(camera.K[2][1] / height - 0.5);
+  };
+  constexpr double clearly = 0.2;
+  if (off(camera.width, camera.height) > off(camera.height, camera.width) + clearly)
+    file.fail(
+        fmt::format("its pictures of {}x{} have the principal point ({:.0f}, {:.0f}), as if "
+                    "height and width were swapped; give the size with --size WIDTHxHEIGHT",
+                    camera.width, camera.height, camera.K[2][0], camera.K[2][1]));
 }
 
 // cv::fisheye writes four coefficients as well, often under the same names.
@@ -76,6 +97,7 @@ void note_fisheye(const Camera& camera, const OpenCvFile& file, const Options& o
 void set_intrinsics(Camera& camera, const OpenCvFile& file, const Options& options,
                     const std::string& label = "") {
   camera.K = matrix(file.need(matrix_names, {9}, "camera matrix", label));
+  if (options.width <= 0) check_size(camera, file);
   const cv::Mat distortion = file.find(distortion_names, label);
   const double* values = distortion.ptr<double>();
   camera.distortion.assign(values, values + distortion.total());
@@ -92,7 +114,7 @@ void set_intrinsics(Camera& camera, const OpenCvFile& file, const Options& optio
 }
 
 void set_pose(Camera& camera, const OpenCvFile& file, const std::string& label = "") {
-  camera.R = rotation(file.need(rotation_names, {3, 9}, "rotation", label));
+  camera.R = rotation(file.need(rotation_names, {3, 9}, "rotation", label), file);
   camera.t = vector(file.need(translation_names, {3}, "translation", label));
 }
 
