@@ -133,6 +133,14 @@ TEST(RigImportPrograms, ColmapsInstantsOfCamerasOfTheirOwn) {
   EXPECT_NE(both.notes[0].find("only the first is taken"), std::string::npos) << both.notes[0];
   // The folder by one of its files.
   expect_same(import::colmap(both.folder + "/images.txt", {}), rig);
+  // Two cameras side by side in a folder of all are two.
+  Model pair(truth);
+  pair.cameras += "9 PINHOLE 1024 768 700 700 512 384\n";
+  pair.images = renamed(model.images, "all/%d.png");
+  pair.images += with(pair.images.substr(pair.images.find("\n1 ") + 1,
+                                         pair.images.find("\n2 ") - pair.images.find("\n1 ")),
+                      " 1 all/1.png", " 9 all/9.png");
+  EXPECT_EQ(pair.import().cameras.size(), 5u);
 }
 
 TEST(RigImportPrograms, ColmapsFilesByHand) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "base/error.h"
 #include "rig/import.h"
@@ -224,21 +225,29 @@ void note_spread(const std::vector<Image>& images, const Options& options) {
   }
 }
 
-// Of images in one folder that stand at the same place, of one camera or of a folder's own, the first:
-// a still camera's pictures of several instants, whose poses COLMAP finds apart. Where it was not told
-// otherwise, each picture has a camera.
+// Of images of one camera in one folder that stand at the same place, the first: a still camera's
+// pictures of several instants, whose poses COLMAP finds apart. Where it was not told otherwise, each
+// picture is of a camera of its own; then a folder whose pictures all stand there is one.
 std::vector<Image> first_instants(std::vector<Image> images, const Options& options) {
   constexpr double same_place = 0.005, same_direction = 0.01;  // of the rig's size; radians
   const double near = same_place * size_of(images);
+  const auto together = [&](const Camera& a, const Camera& b) {
+    return glm::length(a.centre() - b.centre()) <= near && turned(a.R, b.R) <= same_direction;
+  };
+  std::map<std::string, Camera> first_of_folder;
+  std::set<std::string> spread{""};  // folders of several places, or none
+  for (const Image& image : images) {
+    const std::string folder = folder_of(image.path);
+    const auto [first, is_new] = first_of_folder.try_emplace(folder, image.camera);
+    if (!is_new && !together(first->second, image.camera)) spread.insert(folder);
+  }
   std::vector<Image> kept;
   std::size_t left_out = 0;
   for (Image& image : images) {
     const auto same = [&](const Image& other) {
       const std::string folder = folder_of(image.path);
-      return folder == folder_of(other.path) &&
-             (other.camera_id == image.camera_id || !folder.empty()) &&
-             glm::length(other.camera.centre() - image.camera.centre()) <= near &&
-             turned(other.camera.R, image.camera.R) <= same_direction;
+      return folder == folder_of(other.path) && together(other.camera, image.camera) &&
+             (other.camera_id == image.camera_id || !spread.contains(folder));
     };
     if (const auto first = std::ranges::find_if(kept, same); first == kept.end()) {
       kept.push_back(std::move(image));
