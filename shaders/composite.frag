@@ -8,10 +8,10 @@
 uniform sampler2D background;      // sRGB-coded values
 #if defined(SHADOW) || defined(MIRROR_SHADOW)
 uniform sampler2D surface;         // albedo / pi, 1/z; on the mirror -1/z
-uniform vec3 main_power;          // radiance * area (point: intensity), times exposure
+uniform vec3 power;                // of all lights that cast shadows, times exposure
 #endif
 #ifdef SHADOW
-uniform sampler2D taken;           // irradiance, 1/z, on the shadow's grid
+uniform sampler2D taken;           // irradiance per power, 1/z, on the shadow's grid
 #endif
 #ifdef MIRROR_SHADOW
 uniform sampler2D mirrored_surface;  // as surface and taken, of what the mirror shows
@@ -45,30 +45,32 @@ uniform sampler2D subject;         // premultiplied, coverage
 layout(location = 0) out vec4 colour;
 
 #if defined(SHADOW) || defined(MIRROR_SHADOW)
-// The light that is missing: from the grid's pixels around that lie on this pixel's surface.
-vec3 missing(ivec2 pixel, sampler2D surfaces, sampler2D grid) {
+// The light that is missing: from the grid's pixels around that lie on this pixel's surface. And its
+// irradiance, per power.
+vec3 missing(ivec2 pixel, sampler2D surfaces, sampler2D grid, out vec3 irradiance) {
   vec4 own = texelFetch(surfaces, pixel, 0);
 #if GRID_STEP == 1
-  float irradiance = texelFetch(grid, pixel, 0).x;
+  irradiance = texelFetch(grid, pixel, 0).rgb;
 #else
   own.a = abs(own.a);
   vec2 at = vec2(pixel) / float(GRID_STEP);
   vec2 base = floor(at), f = at - base;
   ivec2 last = (textureSize(surfaces, 0) + GRID_STEP - 1) / GRID_STEP - 1;
-  float sum = 0.0, weight = 0.0;
+  vec3 sum = vec3(0.0);
+  float weight = 0.0;
   for (int k = 0; k < 4; ++k) {
     ivec2 step_to = ivec2(k & 1, k >> 1);
-    vec2 texel = texelFetch(grid, clamp(ivec2(base) + step_to, ivec2(0), last), 0).xy;
+    vec4 texel = texelFetch(grid, clamp(ivec2(base) + step_to, ivec2(0), last), 0);
     vec2 linear = mix(1.0 - f, f, vec2(step_to));
-    float difference = (texel.y - own.a) / (0.02 * own.a);
+    float difference = (texel.a - own.a) / (0.02 * own.a);
     float w = (linear.x * linear.y + 1e-3) * (exp(-difference * difference) + 1e-6);
-    sum += w * texel.x;
+    sum += w * texel.rgb;
     weight += w;
   }
-  float irradiance = own.a > 0.0 ? sum / weight : 0.0;
+  irradiance = own.a > 0.0 ? sum / weight : vec3(0.0);
 #endif
   // Where nothing is taken the surface may not have been drawn.
-  return irradiance > 0.0 ? own.rgb * main_power * irradiance : vec3(0.0);
+  return irradiance != vec3(0.0) ? own.rgb * power * irradiance : vec3(0.0);
 }
 #endif
 
@@ -97,19 +99,18 @@ uniform bool premultiplied;
 uniform vec3 eye;
 uniform sampler2D normals;  // and 1/z
 
-// The share of all light there that is missing where this is of the main lamp's.
-float share_taken(ivec2 pixel, vec3 lost) {
+// The share of all light there that is missing where this irradiance, per power, is.
+float share_taken(ivec2 pixel, vec3 taken) {
   vec4 own = texelFetch(surface, pixel, 0);
   // Metal scatters nothing, so the shadow is not seen on it.
-  if (own.a == 0.0 || lost == vec3(0.0)) return 0.0;
+  if (own.a == 0.0 || own.rgb * taken == vec3(0.0)) return 0.0;
   vec3 way = (float(pixel.x) * ray_x + float(pixel.y) * ray_y + ray_0) / abs(own.a);
   vec3 normal = normalize(texelFetch(normals, pixel, 0).xyz);
-  float taken = dot(lost, vec3(1.0)) / max(dot(own.rgb * main_power, vec3(1.0)), 1e-30);
   // Of a grey surface: on a coloured one it is the same, and black alone has no colour to say more.
   const vec3 luminance = vec3(0.2126, 0.7152, 0.0722);
   const float indirect = 0.25;  // where a lamp hardly shines, others' light is what there is
   float all = dot(luminance, lamps_irradiance(eye + way, normal, indirect));
-  return min(taken * dot(luminance, main_power) / max(all, 1e-30), 1.0);
+  return min(dot(luminance, taken * power) / max(all, 1e-30), 1.0);
 }
 #endif
 
@@ -172,10 +173,10 @@ vec4 fill(ivec2 pixel, vec4 coded, vec3 lost, float share, vec3 lost_in_mirror, 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 coded = texelFetch(background, pixel, 0);
-  vec3 gone = vec3(0.0), gone_in_mirror = vec3(0.0);
+  vec3 gone = vec3(0.0), gone_in_mirror = vec3(0.0), irradiance = vec3(0.0);
   vec4 image = vec4(0.0), front = vec4(0.0);
 #ifdef SHADOW
-  gone = missing(pixel, surface, taken);
+  gone = missing(pixel, surface, taken, irradiance);
 #endif
 #ifdef MIRROR
   image = texelFetch(mirror, pixel, 0);
@@ -185,7 +186,8 @@ void main() {
     // Before the subject's image, which takes the place of what was there: of all, where the mirror
     // only mirrors, or of what it showed.
     float open = only_mirrors ? 1.0 : 1.0 - image.a;
-    gone_in_mirror = open * reflectance() * missing(pixel, mirrored_surface, mirrored_taken);
+    vec3 unasked;
+    gone_in_mirror = open * reflectance() * missing(pixel, mirrored_surface, mirrored_taken, unasked);
   }
 #endif
 #ifdef SUBJECT
@@ -204,7 +206,7 @@ void main() {
   if (coded.a < 1.0) {
     float share = 0.0;
 #ifdef SHADOW
-    share = share_taken(pixel, lost);
+    share = share_taken(pixel, irradiance);
 #endif
     colour = fill(pixel, coded, lost, share, gone_in_mirror, image, front);
     return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The light that the subject takes away from the scene's surface: the part of the main light's
+// The light that the subject takes away from the scene's surface: the part of a light's
 // irradiance (for radiance * area = 1) that the subject blocks and the scene itself does not. Drawn on a
 // grid of half the picture's resolution (of the whole for a hard shadow), which composite.frag brings to
 // full, in the tiles that subjects may shade.
@@ -23,6 +23,7 @@ uniform float nearest[MAX_LIGHT_SAMPLES];            // largest 1/z of the subje
 uniform vec3 light_normal;  // 0: a point light
 uniform vec2 light_cone;    // as light.glsl's
 uniform float share;        // of the light that a sample that is asked stands for
+uniform vec3 power;         // the light's, as a share of all that are added up
 uniform int stride;         // 4: interleaved, 1: every sample
 uniform float static_bias;  // scene units per unit of distance
 
@@ -30,7 +31,7 @@ uniform sampler2DArray subject_depth;
 uniform highp sampler2DArrayShadow subject_test;
 uniform highp sampler2DArrayShadow static_test;
 
-layout(location = 0) out vec4 taken;  // irradiance, 1 / view depth
+layout(location = 0) out vec4 taken;  // irradiance times power, 1 / view depth
 
 // Even samples of the square [-1, 1]^2 (Roberts' R2 sequence).
 vec2 tap(int i, float start) {
@@ -95,5 +96,5 @@ void main() {
       open = texture(static_test, vec4(c.xy, float(j), c.z));
     irradiance += blocked * open * incidence * exit / distance_2;
   }
-  taken = vec4(irradiance * share, there.a, 0.0, 1.0);
+  taken = vec4(irradiance * share * power, there.a);
 }

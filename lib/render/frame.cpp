@@ -135,6 +135,34 @@ int area(const Rectangle& r) {
   return r.empty() ? 0 : r.width * r.height;
 }
 
+/// Finds the lights whose shadows of what stands in \p people are seen, and where; \p plan has its
+/// mirror.
+void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, const Bounds& people,
+                  const Bounds& everything, RenderPlan& plan) {
+  const Mirror* mirror = settings.mirror == MirrorMode::fresnel ? mirror_of(frame, plan) : nullptr;
+  const Rectangle whole{0, 0, frame.width, frame.height};
+  for (ShadowLight& light :
+       find_shadow_lights(frame.lights, frame.exposure, people, !settings.skip)) {
+    const std::vector<Vec3> volume = shadow_volume(frame.lights[light.light], people, everything);
+    light.seen = screen_rectangle(volume, plan.clip_from_scene, frame.width, frame.height);
+    if (mirror)
+      light.in_mirror = intersection(
+          front_of(*mirror, plan, frame),
+          screen_rectangle(volume,
+                           plan.clip_from_scene * reflection(Vec3(mirror->normal), mirror->offset),
+                           frame.width, frame.height));
+    if (!settings.skip) {
+      light.seen = whole;
+      if (!light.in_mirror.empty()) light.in_mirror = whole;
+    }
+    if (light.seen.empty() && light.in_mirror.empty()) continue;
+    plan.shadow = bounding(plan.shadow, light.seen);
+    plan.mirror_shadow = bounding(plan.mirror_shadow, light.in_mirror);
+    plan.lights.push_back(light);
+  }
+  plan.lights_skipped = frame.lights.size() - plan.lights.size();
+}
+
 }  // namespace
 
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
@@ -190,14 +218,6 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                                                        whole));
   }
   if (frame.scene && !frame.scene->meshes.empty()) {
-    std::vector<Vec3> volume;  // of the shadow
-    if (settings.shadow != ShadowQuality::off) {
-      plan.light = main_light(frame.lights, 0.5 * (people.min + people.max));
-      if (plan.light >= 0) {
-        volume = shadow_volume(light_of(frame, plan), people, everything);
-        plan.shadow = screen_rectangle(volume, plan.clip_from_scene, frame.width, frame.height);
-      }
-    }
     if (settings.mirror != MirrorMode::off) {
       for (std::size_t i = 0; i < frame.scene->mirrors.size(); ++i) {
         const Mirror& mirror = frame.scene->mirrors[i];
@@ -206,20 +226,14 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
         if (area(image) <= area(plan.mirror)) continue;
         plan.mirror = image;
         plan.mirror_index = static_cast<int>(i);
-        if (settings.mirror == MirrorMode::fresnel)
-          plan.mirror_shadow = intersection(
-              front,
-              screen_rectangle(
-                  volume, plan.clip_from_scene * reflection(Vec3(mirror.normal), mirror.offset),
-                  frame.width, frame.height));
       }
     }
+    if (settings.shadow != ShadowQuality::off)
+      plan_shadows(frame, settings, people, everything, plan);
   }
   if (!settings.skip) {
     plan.subject = whole;
-    if (plan.light >= 0) plan.shadow = whole;
     if (plan.mirror_index >= 0) plan.mirror = whole;
-    if (!plan.mirror_shadow.empty()) plan.mirror_shadow = whole;
   }
   return plan;
 }

@@ -12,8 +12,8 @@
 
 #include "imagehull/image_subject.h"
 #include "mesh/mesh.h"
-#include "render/light_samples.h"
 #include "render/projection.h"
+#include "render/shadow_lights.h"
 #include "scene/scene.h"
 
 namespace polyhull {
@@ -22,8 +22,8 @@ struct DepthPicture;  // depth_picture.h
 struct LightLattice;  // subject_light.h
 struct ScenePlanes;   // view/scene_planes.h
 
-/// How exactly the subjects' shadow of the scene's main light is drawn: shadow_recipe.h. hard is of the
-/// light's middle alone.
+/// How exactly the subjects' shadows of the scene's lights are drawn: shadow_recipe.h. hard is of the
+/// lights' middles alone.
 enum class ShadowQuality { off, hard, fast, good, best };
 
 /// How the subjects' image is drawn in the scene's planar mirror in which it is largest.
@@ -120,18 +120,15 @@ struct RenderPlan {
   int unusable = 0;                     ///< those left out: not finite, or beyond 1e9 m
   Rectangle subject, shadow, mirror;
   Rectangle mirror_shadow;  ///< where the mirror may show the shadow
-  int light = -1;           ///< the light that throws the shadow
-  int mirror_index = -1;    ///< into Scene::mirrors
+  std::vector<ShadowLight>
+      lights;  ///< those whose shadows are drawn; `shadow` and so on bound theirs
+  std::size_t lights_skipped = 0;  ///< of RenderFrame::lights: their shadows cannot be seen
+  int mirror_index = -1;           ///< into Scene::mirrors
   Rectangle changed() const {
     return bounding(bounding(subject, shadow), bounding(mirror, mirror_shadow));
   }
   bool untouched() const { return changed().empty(); }
 };
-
-/// The light that throws the shadow; \p plan must have one.
-inline const Light& light_of(const RenderFrame& frame, const RenderPlan& plan) {
-  return frame.lights[static_cast<std::size_t>(plan.light)];
-}
 
 /// The plan's mirror; null: none.
 const Mirror* mirror_of(const RenderFrame& frame, const RenderPlan& plan);

@@ -119,21 +119,13 @@ LightView wide_view(const Light& light, const Vec3& position, const Vec3& target
                    std::max(far, 1.0));
 }
 
-int main_light(std::span<const Light> lights, const Vec3& point) {
-  int best = -1;
-  double most = 0.0;
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const Vec3 way = point - Vec3(lights[i].centre);
-    const double distance_2 = std::max(glm::dot(way, way), 1e-6);
-    const Vec3 normal(light_normal(lights[i]));
-    const double cosine = glm::dot(normal, way) / std::sqrt(distance_2);
-    double exit = lights[i].is_area() ? std::max(0.0, cosine) : 1.0;
-    if (lights[i].is_spot()) exit = light_exit(lights[i], static_cast<float>(cosine));
-    const Vec3f power = light_power(lights[i]);
-    const double given = (power.x + power.y + power.z) * exit / distance_2;
-    if (given > most) most = given, best = static_cast<int>(i);
-  }
-  return best;
+double light_given(const Light& light, const Vec3& point) {
+  const Vec3 way = point - Vec3(light.centre);
+  const double distance_2 = std::max(glm::dot(way, way), 1e-6);
+  const double cosine = glm::dot(Vec3(light_normal(light)), way) / std::sqrt(distance_2);
+  const Vec3f power = light_power(light);
+  const double exit = light_exit(light, static_cast<float>(cosine));
+  return (power.x + power.y + power.z) * exit / distance_2;
 }
 
 Vec3f light_normal(const Light& light) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// A light cut into cells, and what its cells' centres see: the cameras of OpenGL's shadow maps.
-/// And which light is the main one, for both renderers.
+/// And what lights give, for both renderers.
 #pragma once
 
 #include <limits>
@@ -44,9 +44,8 @@ LightView view_of_points(const Light& light, const Vec3& position, int cells_per
 /// A wide view along the light's normal (a point light's: towards \p target), 150 degrees.
 LightView wide_view(const Light& light, const Vec3& position, const Vec3& target, double far);
 
-/// The index of the light that gives the most to a surface at \p point that faces it; -1: there is
-/// none that shines there.
-int main_light(std::span<const Light> lights, const Vec3& point);
+/// What the middle of \p light gives a surface at \p point that faces it, all channels together.
+double light_given(const Light& light, const Vec3& point);
 
 /// The unit normal of an area light, 0 for a point light.
 Vec3f light_normal(const Light& light);

@@ -27,6 +27,8 @@ void RenderStatistics::add(const RenderStatistics& part) {
   bytes_uploaded += part.bytes_uploaded;
   background_bytes_uploaded += part.background_bytes_uploaded;
   rays += part.rays;
+  shadow_lights = std::max(shadow_lights, part.shadow_lights);
+  lights_skipped = std::max(lights_skipped, part.lights_skipped);
   pixels_shaded += part.pixels_shaded;
   pixels_changed += part.pixels_changed;
   subject_skipped = subject_skipped && part.subject_skipped;

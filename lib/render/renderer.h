@@ -4,8 +4,8 @@
 /// (gl/compositor.h), from one plan, by one shading model. Knows nothing of GStreamer.
 ///
 /// In linear light, per pixel, with L the background's radiance times the exposure:
-///   L' = L - (albedo / pi) * E_taken            the main light that the subjects block, here and, by
-///          - F (albedo_m / pi) * E_taken_m        F, where a mirror looks
+///   L' = L - (albedo / pi) * E_taken            the light that the subjects block, of all lights
+///          - F (albedo_m / pi) * E_taken_m        together, here and, by F, where a mirror looks
 ///   L" = L' + F * S - min(F * R, L')            F Schlick's Fresnel term of the mirror, S the
 ///                                               subject's image in it, R what it showed there; of
 ///                                               metal that is all there was, L'
@@ -44,6 +44,8 @@ struct RenderStatistics {
   bool subject_skipped = false;  ///< outside the picture
   bool shadow_skipped = false;
   bool mirror_skipped = false;
+  /// Lights whose shadows are drawn, and those whose shadows cannot be seen (shadow_lights.h).
+  std::uint64_t shadow_lights = 0, lights_skipped = 0;
   bool scene_depth_reused = false;
   bool scene_planes_taken = false;    ///< RenderFrame::planes, for a view that is new
   bool static_shadow_reused = false;  ///< what the scene itself hides from the light

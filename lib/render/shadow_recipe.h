@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// How much work a shadow is, by its quality: both renderers do what this says.
+/// How much work a shadow is, by its quality and by what share of the light it is of: both renderers do
+/// what this says. A light that gives a share of the light has about that share of the rays, or cells: its
+/// shadow's error counts that much less, and all together cost about what one does.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "render/frame.h"
+#include "render/light_samples.h"
 
 namespace polyhull {
 
 /// How a light's shadow is made for a ShadowQuality.
 struct ShadowRecipe {
-  bool hard = false;  ///< of the light's middle alone
+  bool hard = false;    ///< of the light's middle alone
+  bool single = false;  ///< one way to the light tells all: a hard shadow, or a point light's
 
   // The processor's: rays to points of the light.
   int rays = 12;       ///< of a pixel
@@ -29,8 +34,8 @@ struct ShadowRecipe {
   bool operator==(const ShadowRecipe&) const = default;
 };
 
-/// How \p settings make the shadow of \p light, which is not off.
-inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& light) {
+/// How \p settings make the shadow, which is not off, of \p light, which gives \p share of the light.
+inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& light, float share) {
   ShadowRecipe recipe;
   recipe.cells = std::clamp(settings.light_samples, 1, max_light_samples);
   recipe.map_size = std::clamp(settings.shadow_map_size, 16, 4096);
@@ -52,7 +57,13 @@ inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& l
     recipe.map_size = recipe.scene_map_size = std::clamp(8 * settings.shadow_map_size, 16, 4096);
     recipe.map_step = 1;
   }
-  if (recipe.hard || !light.is_area()) {
+  // By halves, so that the rays seldom become others while subjects walk from light to light.
+  const auto halved = static_cast<int>(std::lround(std::clamp(-std::log2(share), 0.0f, 6.0f)));
+  recipe.rays = (recipe.rays + (1 << halved) - 1) >> halved;
+  recipe.first_rays = std::max(recipe.first_rays >> halved, 1);
+  if (halved >= 2) recipe.cells = std::min(recipe.cells, halved < 5 ? 4 : 1);
+  recipe.single = recipe.hard || !light.is_area();
+  if (recipe.single) {
     recipe.rays = recipe.first_rays = 1;
     recipe.ray_step = 1;  // one ray a pixel tells nothing of those beside it
   }

@@ -2,7 +2,7 @@
 /// \file
 /// composite: puts filmed subjects into the picture of a synthetic scene. The background's picture
 /// is the scene as it is without them; the scene's geometry hides them where it stands in front;
-/// they throw a soft shadow of the main light and are mirrored in the planar mirror in which they are largest. Draws
+/// they throw a soft shadow of each light and are mirrored in the planar mirror in which they are largest. Draws
 /// with OpenGL or, without a graphics processor, on the processor; pictures come and go in system
 /// memory or as memory:GLMemory.
 #include <gst/base/gstaggregator.h>

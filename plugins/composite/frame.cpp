@@ -44,6 +44,8 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "subject-skipped",
                       "shadow-skipped",
                       "mirror-skipped",
+                      "shadow-lights",
+                      "lights-skipped",
                       "scene-depth-reused",
                       "scene-planes-taken",
                       "static-shadow-reused",
@@ -370,6 +372,8 @@ void FrameComposer::report(const RenderStatistics& s) {
   statistics_.count("subject-skipped", s.subject_skipped);
   statistics_.count("shadow-skipped", s.shadow_skipped);
   statistics_.count("mirror-skipped", s.mirror_skipped);
+  statistics_.count("shadow-lights", s.shadow_lights);
+  statistics_.count("lights-skipped", s.lights_skipped);
   statistics_.count("scene-depth-reused", s.scene_depth_reused);
   statistics_.count("scene-planes-taken", s.scene_planes_taken);
   statistics_.count("static-shadow-reused", s.static_shadow_reused);

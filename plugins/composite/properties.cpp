@@ -120,7 +120,7 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "As what subjects are drawn. image-based needs no hull (hullbuild surface=none) and no "
           "hulltexture, and is drawn by the processor."),
       property<&S::shadow>("shadow", "Shadow",
-                           "How exactly the subject's shadow of the scene's main light is drawn. "
+                           "How exactly the subject's shadows of the scene's lights are drawn. "
                            "How soft it is depends on the size of that light in the scene."),
       property<&S::mirror>("mirror", "Mirror",
                            "How the subject's image in a planar mirror of the scene is drawn: the "

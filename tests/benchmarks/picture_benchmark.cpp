@@ -73,6 +73,22 @@ std::size_t pixels_changed(const Picture& before, const Picture& after) {
   return count;
 }
 
+/// So many lamps all over the ceiling, of some colours, as bright as \p own together.
+std::vector<Light> shared(const Light& own, int count) {
+  std::vector<Light> out;
+  for (int i = 0; i < count; ++i) {
+    Light light = own;
+    if (i > 0) {
+      light.centre.x = -2.2f + 4.4f * static_cast<float>(i * 7 % 10) / 9.0f;
+      light.centre.z = -2.2f + 4.4f * static_cast<float>(i * 3 % 7) / 6.0f;
+    }
+    light.radiance *=
+        Vec3f(1.0f, i % 2 ? 0.8f : 1.0f, i % 3 ? 1.0f : 0.7f) / static_cast<float>(count);
+    out.push_back(light);
+  }
+  return out;
+}
+
 enum class Viewport { still, travels, given };
 
 constexpr const char* name_of(Viewport viewport) {
@@ -94,7 +110,7 @@ int main(int argc, char** argv) {
   CommandLine command("picture_benchmark", "What a composite costs");
   std::vector<std::string> files;
   std::string size = "1280x720", backend = "all", output, keep, only;
-  int rounds = 3;
+  int rounds = 3, lamps = 1;
   bool detailed = false, each = false, device = false;
   command.option("meshes", &files, "recorded meshes, one per file");
   command.flag("--device", &device, "says which OpenGL there is, and ends");
@@ -103,6 +119,7 @@ int main(int argc, char** argv) {
   command.option("--only", &only,
                  "one row: SHADOW-still, SHADOW-travels or SHADOW-given (travels, with planes)");
   command.option("--rounds", &rounds, "times through the meshes");
+  command.option("--lamps", &lamps, "that light the room, all together as bright as its own");
   command.option("--output", &output, "folder for picture.csv");
   command.option("--keep", &keep, "folder for the last picture of each row");
   command.flag("--passes", &detailed, "prints each pass's median, too");
@@ -170,6 +187,7 @@ int main(int argc, char** argv) {
         frame.height = height;
         frame.scene = scene;
         frame.lights = scene->lights;
+        if (lamps > 1) frame.lights = shared(scene->lights[0], lamps);
         frame.exposure = scene->exposure;
         Result result;
         Picture out = before;

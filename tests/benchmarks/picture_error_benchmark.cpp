@@ -51,16 +51,14 @@ struct ShadowError {
   double rms = 0.0, bias = 0.0, p99 = 0.0;
 };
 
-/// What the lamp alone gives at \p place, all channels together, as a picture value.
+/// What the lamps alone give at \p place, all channels together, as a picture value.
 double lit(const FigureStage& stage, const ShadowTruth::Place& place) {
   const Material& material = stage.scene->materials[static_cast<std::size_t>(place.material)];
-  const Vec3f per_light = material.base_colour * stage.frame.lights[0].radiance;
-  return (per_light.x + per_light.y + per_light.z) * std::numbers::inv_pi * stage.frame.exposure *
-         place.whole;
+  return glm::dot(material.base_colour, place.light) * std::numbers::inv_pi * stage.frame.exposure;
 }
 
-/// Of the share of the lamp's light, over the pixels that the truth or \p renderer shades and that
-/// the lamp lights well. Read from even backgrounds of many values: together their steps are fine.
+/// Of the share of the lamps' light, over the pixels that the truth or \p renderer shades and that
+/// the lamps light well. Read from even backgrounds of many values: together their steps are fine.
 ShadowError shadow_error(FigureStage& stage, Renderer& renderer, const RenderSettings& settings,
                          const ShadowTruth& truth) {
   std::vector<double> taken(truth.places.size(), 0.0);
@@ -95,22 +93,26 @@ ShadowError shadow_error(FigureStage& stage, Renderer& renderer, const RenderSet
 }
 
 void shadows(const std::string& folder, const std::vector<bool>& backends) {
-  FigureStage stage(1280, 720, false);
-  const ShadowTruth truth(stage, 32, 5);
-  // As bright as can be while no place loses more than the backgrounds have.
-  double most = 0.0;
-  for (const auto& place : truth.places) most = std::max(most, lit(stage, place));
-  stage.frame.lights[0].radiance *= static_cast<float>(0.9 / most);
-  Table table(folder + "/picture_shadow.csv", "backend,shadow,processor_ms,rms,p99,bias");
-  for (const bool processor : backends) {
-    const auto renderer = renderer_of(processor);
-    for (const auto& [quality, name] : qualities) {
-      if (quality == ShadowQuality::off) continue;
-      RenderSettings settings;
-      settings.shadow = quality;
-      const ShadowError error = shadow_error(stage, *renderer, settings, truth);
-      table.row("%s,%s,%.2f,%.4f,%.4f,%+.4f", processor ? "processor" : "gl", name,
-                milliseconds(stage, *renderer, settings), error.rms, error.p99, error.bias);
+  Table table(folder + "/picture_shadow.csv", "backend,shadow,processor_ms,rms,p99,bias,lamps");
+  for (const int lamps : {1, 4, 40}) {
+    FigureStage stage(1280, 720, false);
+    stage.frame.lights = synthetic::ceiling_lamps(stage.frame.lights[0], lamps);
+    const ShadowTruth truth(stage, 32, lamps == 1 ? 5 : lamps == 4 ? 9 : 27);
+    // As bright as can be while no place loses more than the backgrounds have.
+    double most = 0.0;
+    for (const auto& place : truth.places) most = std::max(most, lit(stage, place));
+    stage.frame.exposure *= static_cast<float>(0.9 / most);
+    for (const bool processor : backends) {
+      const auto renderer = renderer_of(processor);
+      for (const auto& [quality, name] : qualities) {
+        if (quality == ShadowQuality::off) continue;
+        RenderSettings settings;
+        settings.shadow = quality;
+        const ShadowError error = shadow_error(stage, *renderer, settings, truth);
+        table.row("%s,%s,%.2f,%.4f,%.4f,%+.4f,%d", processor ? "processor" : "gl", name,
+                  milliseconds(stage, *renderer, settings), error.rms, error.p99, error.bias,
+                  lamps);
+      }
     }
   }
 }

@@ -8,7 +8,8 @@ set style data linespoints
 set xlabel 'processor time of a frame, ms'
 set logscale xy
 
-of(backend, value) = strcol(1) eq backend ? value : NaN
+# Of one lamp.
+of(backend, value) = strcol(1) eq backend && $7 == 1 ? value : NaN
 
 set output pictures.'/picture-shadow.png'
 set title "The shadow: hard, fast, good and best, 1280×720"

@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <memory>
+#include <numbers>
+#include <vector>
 
 #include "render/frame.h"
-#include "render/light_samples.h"
 #include "render/projection.h"
+#include "render/shadow_lights.h"
 
 namespace polyhull {
 namespace {
@@ -144,7 +146,7 @@ TEST(Projection, RectanglesHoldThePointsAndOnePixelMore) {
   EXPECT_TRUE(r.y + r.height >= 71 && r.y + r.height <= 73) << r.y + r.height;
 }
 
-TEST(MainLight, IsTheOneThatGivesMost) {
+TEST(ShadowLights, ThoseThatGiveMostAreFirst) {
   Light far, near, away;
   far.centre = {0, 10, 0};
   far.radiance = Vec3f(30.0f);
@@ -154,10 +156,56 @@ TEST(MainLight, IsTheOneThatGivesMost) {
   away.u = {0, 0, 1};
   away.v = {1, 0, 0};
   away.radiance = Vec3f(90.0f);
-  EXPECT_EQ(main_light(std::vector<Light>{far, near, away}, {0, 0, 0}), 1);
-  EXPECT_EQ(main_light(std::vector<Light>{far, away}, {0, 0, 0}), 0);
-  EXPECT_EQ(main_light(std::vector<Light>{away}, {0, 0, 0}), -1);
-  EXPECT_EQ(main_light(std::vector<Light>{far, away}, {0, 2, 0}), 1);
+  const auto found = [](const std::vector<Light>& lights, double y, bool all = false) {
+    std::vector<std::size_t> numbers;
+    double shares = 0.0;
+    const Bounds box{Vec3(-0.1, y - 0.1, -0.1), Vec3(0.1, y + 0.1, 0.1)};
+    for (const ShadowLight& light : find_shadow_lights(lights, 1.0f, box, all)) {
+      numbers.push_back(light.light);
+      shares += light.share;
+    }
+    EXPECT_NEAR(shares, numbers.empty() ? 0.0 : 1.0, 1e-6);
+    return numbers;
+  };
+  using Numbers = std::vector<std::size_t>;
+  EXPECT_EQ(found({far, near, away}, 0), (Numbers{1, 0}));
+  EXPECT_EQ(found({far, away}, 0), Numbers{0});
+  EXPECT_EQ(found({away}, 0), Numbers{});
+  EXPECT_EQ(found({away}, 0, true), Numbers{0});
+  EXPECT_EQ(found({far, away}, 2), (Numbers{1, 0}));
+}
+
+// What is left out changes no pixel, however many lights there are of it; what a lamp can do at its
+// nearest counts, and its middle says nothing of that.
+TEST(ShadowLights, LeaveOutWhatCannotBeSeen) {
+  const Bounds box{Vec3(-0.4, 0, -0.4), Vec3(0.4, 2, 0.4)};
+  std::vector<Light> lights(1000);
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    lights[i].centre = Vec3f(0, 5, 0);  // 3 m over the box
+    lights[i].radiance = Vec3f(static_cast<float>(0.99e-6 * 9.0 * std::numbers::pi));
+  }
+  // Each takes a picture value of .99e-6 at most: ten of them may go.
+  EXPECT_EQ(find_shadow_lights(lights, 1.0f, box, false).size(), 990u);
+  EXPECT_EQ(find_shadow_lights(lights, 0.0099f, box, false).size(), 0u);
+  lights.resize(1);
+  EXPECT_TRUE(find_shadow_lights(lights, 9.0f, box, false).empty());
+  EXPECT_EQ(find_shadow_lights(lights, 11.0f, box, false).size(), 1u);
+  lights[0].centre.y = 2.01f;
+  EXPECT_EQ(find_shadow_lights(lights, 1.0f, box, false).size(), 1u);
+  // A spot beside the box, whose cone may just reach it.
+  Light spot;
+  spot.centre = {4, 1, 0};
+  spot.u = {0.1f, 0, 0};
+  spot.v = {0, 0, 0.1f};  // down
+  spot.radiance = Vec3f(100.0f);
+  spot.inner_cone = 0.2f;
+  for (const float outer : {0.4f, 0.9f, 1.2f, 1.5f}) {
+    spot.outer_cone = outer;
+    const double aside = std::numbers::pi / 2 - std::asin(1.35 / 4.0);
+    EXPECT_EQ(find_shadow_lights(std::vector<Light>{spot}, 1.0f, box, false).size(),
+              outer > aside ? 1u : 0u)
+        << outer;
+  }
 }
 
 // A hull's vertices are told from its origin.

@@ -128,10 +128,10 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
       pixels.albedo[i] = (static_cast<std::uint64_t>(random()) << 32 | random()) >> 16;
       pixels.keep[i] = random() % 2 ? 1.0f : number(0.0f, 1.0f);
     }
-    fill(pixels.taken, 0.0f, round % 3 == 0 ? 0.0f : 2.0f);
     fill(pixels.covered, 0.0f, 1.0f);
     fill(pixels.alpha, 0.0f, round % 2 == 0 ? 0.0f : 1.0f);
     for (int c = 0; c < 3; ++c) {
+      fill(pixels.taken[c], 0.0f, round % 3 == 0 ? 0.0f : 2.0f);
       fill(pixels.dimmed[c], 0.0f, round % 4 == 0 ? 0.0f : 0.3f);
       fill(pixels.gone[c], 0.0f, round % 5 == 0 ? 0.0f : 0.5f);
       fill(pixels.more[c], 0.0f, round % 5 == 0 ? 0.0f : 0.5f);

@@ -13,11 +13,6 @@ namespace {
 
 constexpr Vec3f ambient(0.35f, 0.33f, 0.3f);
 
-/// Where rays to a light start.
-Vec3f shadow_origin(const TracedScene& scene, const Surface& at) {
-  return at.lifted + scene.epsilon() * at.geometric;
-}
-
 }  // namespace
 
 FigureStage::FigureStage(int width, int height, bool polished) : polished_(polished) {
@@ -78,27 +73,45 @@ Picture FigureStage::composite(Renderer& renderer, const RenderSettings& setting
   return out;
 }
 
-float shadow_share(const Light& light, const TracedScene& scene, const RayCaster& figure,
-                   const Surface& at, int side) {
-  const Vec3f origin = shadow_origin(scene, at);
-  double taken = 0.0, sum = 0.0;
+LightAt light_at(const Light& light, const TracedScene& scene, const RayCaster& figure,
+                 const Surface& at, int side) {
+  const Vec3f origin = at.lifted + scene.epsilon() * at.geometric;
+  double taken = 0.0, whole = 0.0;
   for (int j = 0; j < side; ++j) {
     for (int i = 0; i < side; ++i) {
       const Vec2f square((i + 0.5f) / side, (j + 0.5f) / side);
       const LightSample way = sample_light(light, square, origin, at.normal);
       if (way.weight <= 0.0f) continue;
-      sum += way.weight;
+      whole += way.weight;
       const Ray ray{origin, 0.0f, way.place - origin, 1.0f - 1e-4f};
       if (figure.occluded(ray) && !scene.caster().occluded(ray)) taken += way.weight;
     }
   }
-  return sum > 0.0 ? static_cast<float>(taken / sum) : -1.0f;
+  const double rays = static_cast<double>(side) * side;
+  return {static_cast<float>(whole / rays), static_cast<float>(taken / rays)};
+}
+
+std::vector<Light> ceiling_lamps(const Light& own, int count) {
+  std::vector<Light> out{own};
+  for (int i = 1; i < count; ++i) {
+    Light light = own;
+    light.centre = {-2.4f + 0.53f * static_cast<float>(i % 10), 2.9f,
+                    1.9f - 0.9f * static_cast<float>(i * 7 % 40 / 10)};
+    light.u *= 0.5f;
+    light.v *= 0.5f;
+    light.radiance *= Vec3f(2.0f, i % 2 ? 1.0f : 2.0f, i % 3 ? 2.0f : 0.5f);
+    if (i % 4 == 2) {
+      light.inner_cone = 0.5f;
+      light.outer_cone = 1.3f;
+    }
+    out.push_back(light);
+  }
+  return out;
 }
 
 ShadowTruth::ShadowTruth(const FigureStage& stage, int side, int stride) {
   const TracedScene traced(*stage.scene);
   const RenderPlan plan = plan_frame(stage.frame, {}, {});
-  const Light& light = stage.frame.lights[0];
   RayCaster figure;
   figure.add_mesh(plan.subjects[0].points, stage.subject.mesh.hull.triangles);
   figure.commit();
@@ -121,11 +134,18 @@ ShadowTruth::ShadowTruth(const FigureStage& stage, int side, int stride) {
       const RayHit hit = traced.caster().intersect(ray);
       if (!hit.hit() || shows_figure(x, y)) continue;
       const Surface at = traced.surface(ray, hit);
-      Place place{x, y, unoccluded_irradiance(light, shadow_origin(traced, at), at.normal), 0.0f,
-                  stage.scene->meshes[hit.mesh].material};
-      if (place.whole <= 0.0f) continue;
-      place.taken = shadow_share(light, traced, figure, at, side);
-      if (place.taken >= 0.0f) places.push_back(place);
+      Place place{x, y, Vec3f(0.0f), 0.0f, stage.scene->meshes[hit.mesh].material};
+      const Vec3f colour =
+          stage.scene->materials[static_cast<std::size_t>(place.material)].base_colour;
+      for (const Light& light : stage.frame.lights) {
+        const LightAt there = light_at(light, traced, figure, at, side);
+        place.light += there.whole * light.radiance;
+        place.taken += there.taken * glm::dot(colour, light.radiance);
+      }
+      const float all = glm::dot(colour, place.light);
+      if (all <= 0.0f) continue;
+      place.taken /= all;
+      places.push_back(place);
     }
   }
 }

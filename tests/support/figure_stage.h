@@ -37,17 +37,28 @@ struct FigureStage {
   bool polished_;
 };
 
-/// The share of \p light's irradiance at \p at, by \p side x \p side rays, that
-/// \p figure blocks and \p scene does not; negative: none of it falls there.
-float shadow_share(const Light& light, const TracedScene& scene, const RayCaster& figure,
-                   const Surface& at, int side);
+/// The irradiance of a light, per radiance.
+struct LightAt {
+  float whole = 0.0f;  ///< where nothing is between
+  float taken = 0.0f;  ///< what of it the figure blocks, and the scene does not
+};
+
+/// That of \p light at \p at, by \p side x \p side rays.
+LightAt light_at(const Light& light, const TracedScene& scene, const RayCaster& figure,
+                 const Surface& at, int side);
+
+/// So many lamps for the small room: its \p own and, of other colours and kinds, some all over its
+/// ceiling, of a quarter of its size and twice its radiance at most.
+std::vector<Light> ceiling_lamps(const Light& own, int count);
 
 /// The figure's shadow where no part of the figure is seen.
 struct ShadowTruth {
   struct Place {
-    int x = 0, y = 0;    ///< pixel
-    float whole = 0.0f;  ///< irradiance of the lamp alone, per radiance
-    float taken = 0.0f;  ///< the share of its light that the figure blocks, and the scene does not
+    int x = 0, y = 0;   ///< pixel
+    Vec3f light{0.0f};  ///< irradiance of the lamps where nothing is between
+    /// The share of what the surface there scatters of it, all channels together, that the figure blocks,
+    /// and the scene does not.
+    float taken = 0.0f;
     int material = 0;
   };
   std::vector<Place> places;  ///< at every \p stride-th pixel of every stride-th row

@@ -75,8 +75,7 @@ void BlendPass::set_layers(const PassInput& in, const BlendLayers& layers, const
   };
   bind(0, "background", layers.background);
   if (kind.shadow || kind.mirror_shadow) {
-    const Light& light = light_of(in.frame, in.plan);
-    blend.set("main_power", light_power(light) * (in.frame.exposure / irradiance_scale(in)));
+    blend.set("power", in.power);
     bind(1, "surface", layers.direct.albedo());
   }
   if (kind.shadow) bind(2, "taken", layers.shadow.taken());

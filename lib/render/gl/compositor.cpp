@@ -40,7 +40,7 @@ struct Compositor::State {
   SceneLayers layers, mirrored_layers;  // as the viewport sees the scene, and in the plan's mirror
   DepthPicturePass depth_picture;
   gl::EdgeLayer front;
-  ShadowMaps maps;
+  LightMaps maps;  // of the latest lights that throw shadows
   ShadowPrograms shadow_programs;
   ShadowPass shadow{shadow_programs}, mirror_shadow{shadow_programs};  // on these layers
   MirrorPass mirror;
@@ -59,20 +59,16 @@ struct Compositor::State {
 
   PassInput input(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                   bool translucent) {
-    return {frame,
-            plan,
-            settings,
-            scene,
-            subjects,
-            timer,
-            plan.light < 0 ? ShadowRecipe() : shadow_recipe(settings, light_of(frame, plan)),
-            translucent};
+    PassInput in{frame, plan, settings, scene, subjects, timer, {}, glm::vec3(0.0f), translucent};
+    set_lights(in);
+    return in;
   }
 
   void use_scene(const RenderFrame& frame);
   void upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
                        const RenderSettings& settings);
   void draw_layers(const PassInput& in, GLuint background_texture);
+  void draw_maps(const PassInput& in);
   bool draw_scene(const PassInput& in);
   void draw_shadows(const PassInput& in);
   void draw_front(const PassInput& in);
@@ -185,11 +181,11 @@ bool Compositor::State::draw_scene(const PassInput& in) {
   const bool kept =
       layers.draw(in.frame, in.settings.skip, direct_view(in.frame, plan),
                   whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
-                  !plan.shadow.empty() || mirrored ? in.shadow.map_step : 0, scene);
+                  in.grid_step(), scene);
   if (!mirrored) return kept;
   return mirrored_layers.draw(in.frame, in.settings.skip,
                               view_in_mirror(in.frame, plan, layers.albedo()), plan.mirror_shadow,
-                              in.shadow.map_step, scene) &&
+                              in.grid_step(), scene) &&
          kept;
 }
 
@@ -201,6 +197,21 @@ void Compositor::State::draw_shadows(const PassInput& in) {
     mirror_shadow.draw(in, maps, mirrored_layers, plan.mirror_shadow, asked);
 }
 
+/// Draws the depth maps of the lights that throw shadows.
+void Compositor::State::draw_maps(const PassInput& in) {
+  std::erase_if(maps, [&](const auto& own) {
+    return std::none_of(in.lights.begin(), in.lights.end(),
+                        [&](const PassLight& light) { return light.planned.light == own.first; });
+  });
+  const SubjectsShape shape = shape_of(in.plan);
+  statistics.static_shadow_reused = true;
+  for (const PassLight& light : in.lights) {
+    ShadowMaps& own = maps[light.planned.light];
+    own.draw(in, light, shape, shadow_programs);
+    statistics.static_shadow_reused = statistics.static_shadow_reused && own.static_reused();
+  }
+}
+
 void Compositor::State::draw_layers(const PassInput& in, GLuint background_texture) {
   const RenderFrame& frame = in.frame;
   const RenderPlan& plan = in.plan;
@@ -209,8 +220,7 @@ void Compositor::State::draw_layers(const PassInput& in, GLuint background_textu
   const bool shadows = !plan.shadow.empty() || !plan.mirror_shadow.empty();
   if (shadows) {
     timer.begin(Pass::shadow_maps);
-    maps.draw(in);
-    statistics.static_shadow_reused = maps.static_reused();
+    draw_maps(in);
     timer.end();
   }
   if (frame.scene && (shadows || !plan.mirror.empty())) {
@@ -254,6 +264,8 @@ void Compositor::State::finish(const RenderPlan& plan) {
   }
   statistics.subject_skipped = plan.subject.empty();
   statistics.shadow_skipped = plan.shadow.empty();
+  statistics.shadow_lights = plan.lights.size();
+  statistics.lights_skipped = plan.lights_skipped;
   statistics.mirror_skipped = plan.mirror.empty();
   statistics.passes.clear();
   for (std::size_t i = 0; i < gl::pass_count; ++i) {

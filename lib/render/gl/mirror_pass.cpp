@@ -12,9 +12,9 @@ std::string lamps_define() {
 void set_lamps(gl::Program& program, const PassInput& in) {
   const RenderFrame& frame = in.frame;
   std::vector<const Light*> lamps;
-  if (in.plan.light >= 0) lamps.push_back(&light_of(frame, in.plan));
+  for (const PassLight& light : in.lights) lamps.push_back(&light.light);
   for (const Light& light : frame.lights)
-    if (lamps.empty() || &light != lamps[0]) lamps.push_back(&light);
+    if (std::find(lamps.begin(), lamps.end(), &light) == lamps.end()) lamps.push_back(&light);
   lamps.resize(std::min(lamps.size(), max_lamps));
   std::vector<glm::vec3> positions, normals, powers;
   std::vector<glm::vec2> cones;

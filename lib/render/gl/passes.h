@@ -18,11 +18,24 @@
 #include "render/gl/subject_buffers.h"
 #include "render/gl/tiles.h"
 #include "render/light_reach.h"
+#include "render/light_samples.h"
 #include "render/shadow_recipe.h"
 #include "render/subject_light.h"
 #include "scene/spot_cone.h"
 
 namespace polyhull {
+
+/// A light whose shadow is drawn.
+struct PassLight {
+  const Light& light;
+  const ShadowLight& planned;
+  ShadowRecipe recipe;
+  /// By what its irradiance, per power, is multiplied in textures of half floats: the sun's would be too
+  /// small for them. A power of two, at most the square of the distance to the scene's box, so that
+  /// nothing there overflows, and 1 for lamps, whose values stay as they are.
+  float scale = 1.0f;
+  glm::vec3 power{0.0f};  ///< over the scale, as a share of PassInput::power
+};
 
 /// What the passes of one frame share.
 struct PassInput {
@@ -32,14 +45,18 @@ struct PassInput {
   const SceneBuffers& scene;
   std::vector<SubjectBuffers>& subjects;  ///< as RenderPlan::subjects
   gl::PassTimer& timer;
-  ShadowRecipe shadow;       ///< of the plan's light, where it has one
-  bool translucent = false;  ///< the background may have an alpha below 1 that counts
+  std::vector<PassLight> lights;  ///< as RenderPlan::lights
+  glm::vec3 power{0.0f};          ///< of these together, each over its scale; times exposure
+  bool translucent = false;       ///< the background may have an alpha below 1 that counts
+
+  /// One look at each light's middle, at the picture's whole resolution.
+  bool hard() const { return settings.shadow == ShadowQuality::hard; }
+  /// Pixels of the picture from one of the shadows' grid to the next.
+  int grid_step() const { return lights.empty() ? 0 : lights.front().recipe.map_step; }
 };
 
-/// By what the irradiance of the main light, per power, is multiplied in textures of half floats: the
-/// sun's would be too small for them. A power of two, at most the square of the distance to the scene's
-/// box, so that nothing there overflows, and 1 for lamps, whose values stay as they are.
-float irradiance_scale(const PassInput& in);
+/// The lights of \p in's plan.
+void set_lights(PassInput& in);
 
 /// As shaders/light.glsl takes it.
 inline glm::vec2 shader_cone(const Light& light) {
@@ -48,11 +65,11 @@ inline glm::vec2 shader_cone(const Light& light) {
 }
 
 /// Lamps that shaders/lamps.glsl adds up; how many it knows is its define.
-inline constexpr std::size_t max_lamps = 8;
+inline constexpr std::size_t max_lamps = 32;
 std::string lamps_define();
 
-/// Sets the frame's lamps and even light for \p program, which includes lamps.glsl; the one that
-/// throws the shadow is always among them.
+/// Sets the frame's lamps and even light for \p program, which includes lamps.glsl; those that throw
+/// shadows first.
 void set_lamps(gl::Program& program, const PassInput& in);
 
 /// The programs of shaders/hull.vert and hull.frag: subjects in the views' colours.
@@ -74,13 +91,23 @@ class SkinPrograms {
   std::vector<std::pair<gl::Texture, std::shared_ptr<const LightLattice>>> lights_;  // by subject
 };
 
-/// Depth maps of the subjects and of the scene, seen from the light that throws the shadow.
+/// The programs of shadow passes.
+struct ShadowPrograms {
+  gl::Program depth_of_hull, depth_of_scene;
+  gl::Program reach, tiles, blur, touched;
+  std::map<int, gl::Program> receivers;  ///< by ShadowRecipe::taps
+  gl::Sampler compare, nearest;          ///< of depth maps
+};
+
+/// Depth maps of the subjects and of the scene, seen from a light that throws a shadow.
 class ShadowMaps {
  public:
-  void draw(const PassInput& in);
+  /// \p shape: that of all subjects.
+  void draw(const PassInput& in, const PassLight& light, const SubjectsShape& shape,
+            ShadowPrograms& programs);
   /// Sets the maps and the light's cells for \p program, of shaders/shadow.frag, and binds them to
   /// units 0 to 2 with samplers of their own.
-  void set(gl::Program& program, const PassInput& in);
+  void set(gl::Program& program, const PassLight& light, ShadowPrograms& programs);
   /// Where subjects can stand before the light.
   const LightReach::Map& reach() const { return reach_.map(); }
   /// LightReach::sums(); not where the map is everywhere.
@@ -97,11 +124,11 @@ class ShadowMaps {
     bool operator==(const StaticKey&) const = default;
   };
   void find_reach(const Light& light, const SubjectsShape& shape);
-  void draw_static_maps(const PassInput& in);
+  LightView scene_view(const PassInput& in, const PassLight& light, const Vec3& cell,
+                       std::span<const Vec3f> subjects, double far) const;
+  void draw_static_maps(const PassInput& in, const PassLight& light, ShadowPrograms& programs);
 
-  gl::Program depth_of_hull_, depth_of_scene_;
   gl::DepthMaps subject_maps_, static_maps_;
-  gl::Sampler compare_, nearest_;
   gl::Texture sums_;
   LightReach reach_;
   std::optional<StaticKey> static_key_;
@@ -109,11 +136,8 @@ class ShadowMaps {
   bool static_reused_ = false;
 };
 
-/// The programs of shadow passes.
-struct ShadowPrograms {
-  gl::Program reach, tiles, blur, touched;
-  std::map<int, gl::Program> receivers;  ///< by ShadowRecipe::taps
-};
+/// By light, those of PassInput::lights among them.
+using LightMaps = std::map<std::size_t, ShadowMaps>;
 
 /// Light that the subjects take away where a view of the scene looks.
 class ShadowPass {
@@ -121,9 +145,9 @@ class ShadowPass {
   explicit ShadowPass(ShadowPrograms& programs) : programs_(programs) {}
   /// Draws the irradiance taken on \p layers' grid, in the tiles of \p part (pixels) that may be
   /// shaded. \p cleared: where it is asked for.
-  void draw(const PassInput& in, ShadowMaps& maps, SceneLayers& layers, const Rectangle& part,
+  void draw(const PassInput& in, LightMaps& maps, SceneLayers& layers, const Rectangle& part,
             const Rectangle& cleared);
-  /// The irradiance, 1/z, on the grid; 0 outside of the tiles.
+  /// The irradiance by channel, per PassInput::power, and 1/z, on the grid; 0 outside of the tiles.
   GLuint taken() { return taken_; }
   /// A texel a small tile of the picture: 0 where no light is missing, 1 where any is missing that
   /// can be seen; no texture: all tiles count as shaded (skipping off).
@@ -135,21 +159,28 @@ class ShadowPass {
     Vec3f centre{0.0f}, forward{0.0f};
     bool operator==(const ReachKey&) const = default;
   };
+  /// Which tiles a light's shadow may be in.
+  struct LightTiles {
+    gl::LightLayer extents, may;
+    std::optional<ReachKey> key;  // of the extents
+  };
   gl::Program& receiver(int taps);
-  void find_extents(const PassInput& in, const LightReach::Map& map, SceneLayers& layers);
-  void find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);
-  void draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);
+  void find_extents(const PassInput& in, const LightReach::Map& map, SceneLayers& layers,
+                    LightTiles& own);
+  void find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers, LightTiles& own);
+  void clear_tiles(gl::LightLayer& layer, const PassInput& in);
+  void draw_irradiance(const PassInput& in, LightMaps& maps, SceneLayers& layers);
   void blur(const PassInput& in, const ShadowGrid& grid);
   void find_touched(const PassInput& in, const ShadowGrid& grid);
-  /// Those of the tiles that subjects may shade.
+  /// Those of the tiles that subjects may shade of any light.
   TileChoice shaded() { return {skips_ ? may_.colour() : 0}; }
   void clear(gl::LightLayer& layer, const PassInput& in, const ShadowGrid& grid);
 
   ShadowPrograms& programs_;
-  gl::LightLayer asked_, gathered_, extents_, may_, touched_;
+  gl::LightLayer asked_, gathered_, may_, touched_;
+  std::map<std::size_t, LightTiles> tiles_;  // by light
   GLuint taken_ = 0;
   gl::VertexArray nothing_;
-  std::optional<ReachKey> reach_key_;
   TileDrawing drawing_;
   Rectangle part_, cleared_;
   std::vector<Tile> shadowed_;  // tiles of the part

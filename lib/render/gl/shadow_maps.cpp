@@ -31,6 +31,25 @@ std::vector<glm::mat4> to_float(const std::vector<LightView>& views) {
   return out;
 }
 
+/// Its middle alone.
+Light at_middle(Light light) {
+  light.u = light.v = Vec3f(0.0f);
+  return light;
+}
+
+int cells_per_side(std::size_t cells) {
+  return std::max(1, static_cast<int>(std::lround(std::sqrt(cells))));
+}
+
+/// As PassLight::scale.
+float irradiance_scale(const Light& light, const Bounds& scene) {
+  constexpr double near = 32.0;  // metres
+  const Vec3 centre(light.centre);
+  const double distance = glm::distance(centre, glm::clamp(centre, scene.min, scene.max));
+  return distance < near ? 1.0f
+                         : static_cast<float>(std::exp2(std::floor(2.0 * std::log2(distance))));
+}
+
 GLuint make_sampler(gl::Sampler& sampler, bool compare) {
   if (!sampler.made()) {
     const GLuint name = sampler.get();
@@ -56,14 +75,18 @@ bool is_sun(const Light& light, const Bounds& scene) {
 
 }  // namespace
 
-float irradiance_scale(const PassInput& in) {
-  constexpr double near = 32.0;  // metres
-  const Light& light = light_of(in.frame, in.plan);
-  const Bounds& scene = in.scene.bounds();
-  const Vec3 centre(light.centre);
-  const double distance = glm::distance(centre, glm::clamp(centre, scene.min, scene.max));
-  return distance < near ? 1.0f
-                         : static_cast<float>(std::exp2(std::floor(2.0 * std::log2(distance))));
+void set_lights(PassInput& in) {
+  for (const ShadowLight& planned : in.plan.lights) {
+    const Light& light = in.frame.lights[planned.light];
+    const float scale = irradiance_scale(light, in.scene.bounds());
+    const glm::vec3 power = light_power(light) * (in.frame.exposure / scale);
+    in.lights.push_back(
+        {light, planned, shadow_recipe(in.settings, light, planned.share), scale, power});
+    if (!planned.idle) in.power += power;
+  }
+  for (PassLight& light : in.lights)
+    for (int c = 0; c < 3; ++c)
+      light.power[c] = in.power[c] > 0.0f ? light.power[c] / in.power[c] : 0.0f;
 }
 
 /// What the light's map shows of the subjects.
@@ -80,69 +103,71 @@ void ShadowMaps::find_reach(const Light& light, const SubjectsShape& shape) {
   }
 }
 
-void ShadowMaps::draw(const PassInput& in) {
-  const Light& light = light_of(in.frame, in.plan);
-  Light casting = light;
-  if (in.shadow.hard) casting.u = casting.v = Vec3f(0.0f);  // its middle alone
-  const std::vector<Vec3> cells = light_cells(casting, in.shadow.cells);
-  const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(cells.size()))));
-  const SubjectsShape shape = shape_of(in.plan);
-  const std::vector<Vec3f>& points = shape.points;
-  find_reach(light, shape);
+/// What a \p cell of the light sees of the scene. The maps are of the scene alone: subjects move, and these
+/// maps stay. A hard shadow's is as fine as the subjects' own, of what lies before and behind them.
+LightView ShadowMaps::scene_view(const PassInput& in, const PassLight& light, const Vec3& cell,
+                                 std::span<const Vec3f> subjects, double far) const {
+  const Bounds& scene = in.scene.bounds();
+  const bool sun = is_sun(light.light, scene);
+  if (light.recipe.hard)
+    return view_of_points(at_middle(light.light), cell, 1, subjects, far, sun ? far / 2.0 : 0.02);
+  if (!sun)
+    return wide_view(light.light, cell, 0.5 * (scene.min + scene.max), farthest(cell, scene));
+  const std::vector<Vec3> box = corners(scene);
+  const std::vector<Vec3f> whole(box.begin(), box.end());
+  return view_of_points(light.light, cell, cells_per_side(views_.size()), whole,
+                        farthest(cell, scene));
+}
+
+void ShadowMaps::draw(const PassInput& in, const PassLight& light, const SubjectsShape& shape,
+                      ShadowPrograms& programs) {
+  const Light casting = light.recipe.hard ? at_middle(light.light) : light.light;
+  const std::vector<Vec3> cells = light_cells(casting, light.recipe.cells);
+  find_reach(light.light, shape);
   Bounds everything = in.scene.bounds();
-  const Bounds people = bounds_of(points);
+  const Bounds people = bounds_of(shape.points);
   everything.min = glm::min(everything.min, people.min);
   everything.max = glm::max(everything.max, people.max);
 
-  if (!depth_of_hull_.made()) depth_of_hull_ = gl::Program("hull_depth.vert", "depth.frag");
+  gl::Program& program = programs.depth_of_hull;
+  if (!program.made()) program = gl::Program("hull_depth.vert", "depth.frag");
   glDisable(GL_CULL_FACE);
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LESS);
   views_.clear();
-  static_views_.clear();
-  subject_maps_.resize(in.shadow.map_size, static_cast<int>(cells.size()));
-  depth_of_hull_.use();
-  const bool sun = is_sun(light, in.scene.bounds());
-  const std::vector<Vec3> box = corners(in.scene.bounds());
-  const std::vector<Vec3f> whole(box.begin(), box.end());
-  const Vec3 middle = 0.5 * (in.scene.bounds().min + in.scene.bounds().max);
+  subject_maps_.resize(light.recipe.map_size, static_cast<int>(cells.size()));
+  program.use();
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const double far = farthest(cells[i], everything);
-    views_.push_back(view_of_points(casting, cells[i], side, points, far));
-    // The scene's maps are of the scene alone: subjects move, and these maps stay. A hard shadow's is
-    // as fine as the subjects' own, of what lies before and behind them.
-    if (in.shadow.hard)
-      static_views_.push_back(
-          view_of_points(casting, cells[i], side, points, far, sun ? far / 2.0 : 0.02));
-    else if (sun)
-      static_views_.push_back(
-          view_of_points(casting, cells[i], side, whole, farthest(cells[i], in.scene.bounds())));
-    else
-      static_views_.push_back(
-          wide_view(light, cells[i], middle, farthest(cells[i], in.scene.bounds())));
+    views_.push_back(view_of_points(casting, cells[i], cells_per_side(cells.size()), shape.points,
+                                    farthest(cells[i], everything)));
     subject_maps_.begin(static_cast<int>(i));
     for (std::size_t s = 0; s < in.subjects.size(); ++s) {
-      depth_of_hull_.set("clip_from_local", glm::mat4(views_.back().clip_from_scene *
-                                                      in.plan.subjects[s].local_to_scene));
+      program.set("clip_from_local",
+                  glm::mat4(views_.back().clip_from_scene * in.plan.subjects[s].local_to_scene));
       in.subjects[s].draw_shape();
     }
   }
-  draw_static_maps(in);
+  static_views_.clear();
+  for (const Vec3& cell : cells)
+    static_views_.push_back(scene_view(in, light, cell, shape.points, farthest(cell, everything)));
+  draw_static_maps(in, light, programs);
 }
 
-void ShadowMaps::draw_static_maps(const PassInput& in) {
-  StaticKey key{in.frame.scene, in.shadow.scene_map_size, {}};
+void ShadowMaps::draw_static_maps(const PassInput& in, const PassLight& light,
+                                  ShadowPrograms& programs) {
+  StaticKey key{in.frame.scene, light.recipe.scene_map_size, {}};
   for (const LightView& view : static_views_) key.views.push_back(view.clip_from_scene);
   static_reused_ = in.settings.skip && static_key_ == key;
   if (static_reused_) return;
   static_key_ = key;
   static_maps_.resize(key.size, static_cast<int>(key.views.size()));
-  if (!depth_of_scene_.made()) depth_of_scene_ = gl::Program("scene.vert", "depth.frag");
-  depth_of_scene_.use();
+  gl::Program& program = programs.depth_of_scene;
+  if (!program.made()) program = gl::Program("scene.vert", "depth.frag");
+  program.use();
   for (std::size_t i = 0; i < key.views.size(); ++i) {
     static_maps_.begin(static_cast<int>(i));
-    depth_of_scene_.set("clip_from_scene", glm::mat4(key.views[i]));
+    program.set("clip_from_scene", glm::mat4(key.views[i]));
     in.scene.draw();
   }
 }
@@ -154,8 +179,7 @@ float ShadowMaps::texel() const {
   return texel;
 }
 
-void ShadowMaps::set(gl::Program& program, const PassInput& in) {
-  const Light& light = light_of(in.frame, in.plan);
+void ShadowMaps::set(gl::Program& program, const PassLight& light, ShadowPrograms& programs) {
   const int count = static_cast<int>(views_.size());
   const int stride = count % 4 == 0 ? 4 : 1;
   std::vector<glm::vec3> positions;
@@ -172,7 +196,8 @@ void ShadowMaps::set(gl::Program& program, const PassInput& in) {
   program.set("samples", count);
   program.set("stride", stride);
   const float share = static_cast<float>(stride) / static_cast<float>(count);
-  program.set("share", share * irradiance_scale(in));
+  program.set("share", share * light.scale);
+  program.set("power", light.power);
   program.set("light_position", std::span<const glm::vec3>(positions));
   program.set("subject_from_scene", std::span<const glm::mat4>(to_float(views_)));
   program.set("static_from_scene", std::span<const glm::mat4>(to_float(static_views_)));
@@ -180,15 +205,18 @@ void ShadowMaps::set(gl::Program& program, const PassInput& in) {
   program.set("kernel", std::span<const glm::vec4>(kernels));
   program.set("ahead", std::span<const glm::vec4>(ahead));
   program.set("nearest", std::span<const float>(nearest));
-  program.set("light_normal", light_normal(light));
-  program.set("light_cone", shader_cone(light));
+  program.set("light_normal", light_normal(light.light));
+  program.set("light_cone", shader_cone(light.light));
   // Two texels.
   const float static_texel =
       2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());
   program.set("static_bias", 2.0f * static_texel);
-  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(nearest_, false));
-  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(compare_, true));
-  gl::bind_texture(2, GL_TEXTURE_2D_ARRAY, static_maps_.texture(), make_sampler(compare_, true));
+  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(),
+                   make_sampler(programs.nearest, false));
+  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(),
+                   make_sampler(programs.compare, true));
+  gl::bind_texture(2, GL_TEXTURE_2D_ARRAY, static_maps_.texture(),
+                   make_sampler(programs.compare, true));
   program.set("subject_depth", 0);
   program.set("subject_test", 1);
   program.set("static_test", 2);

@@ -29,57 +29,54 @@ gl::Program& ShadowPass::receiver(int taps) {
 }
 
 /// Where the tiles' places lie in the light's map, unless that is known.
-void ShadowPass::find_extents(const PassInput& in, const LightReach::Map& map,
-                              SceneLayers& layers) {
+void ShadowPass::find_extents(const PassInput& in, const LightReach::Map& map, SceneLayers& layers,
+                              LightTiles& own) {
   const ReachKey key{layers.generation(), map.centre, map.forward};
-  if (reach_key_ != key) {
-    reach_key_ = key;
-    gl::Program& program = programs_.reach;
-    if (!program.made()) program = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
-    extents_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height), 2);
-    extents_.bind();
-    gl::scissor(tiles_of(layers.part()));
-    program.use();
-    layers.set_places(program, 0);
-    program.set("side", tile_side / layers.grid().step);
-    program.set("light_centre", map.centre);
-    program.set("light_right", map.right);
-    program.set("light_down", map.down);
-    program.set("light_forward", map.forward);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-  }
+  if (own.key == key) return;
+  own.key = key;
+  gl::Program& program = programs_.reach;
+  if (!program.made()) program = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
+  own.extents.resize(tiles_along(in.frame.width), tiles_along(in.frame.height), 2);
+  own.extents.bind();
+  gl::scissor(tiles_of(layers.part()));
+  program.use();
+  layers.set_places(program, 0);
+  program.set("side", tile_side / layers.grid().step);
+  program.set("light_centre", map.centre);
+  program.set("light_right", map.right);
+  program.set("light_down", map.down);
+  program.set("light_forward", map.forward);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-/// Asks the light's map which tiles of the part subjects may shade.
-void ShadowPass::find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers) {
-  const LightReach::Map& map = maps.reach();
-  glDisable(GL_DEPTH_TEST);
-  glBindVertexArray(nothing_.get());
-  find_extents(in, map, layers);
-  const Rectangle tiles = tiles_of(part_);
-  shadowed_.clear();
-  for (int y = tiles.y; y < tiles.y + tiles.height; ++y)
-    for (int x = tiles.x; x < tiles.x + tiles.width; ++x)
-      shadowed_.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
-
-  gl::Program& program = programs_.tiles;
-  if (!program.made()) program = gl::Program("fullscreen.vert", "shadow_tiles.frag");
-  may_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height));
-  may_.bind();
+/// Makes \p layer, a texel a tile, 0.
+void ShadowPass::clear_tiles(gl::LightLayer& layer, const PassInput& in) {
+  layer.resize(tiles_along(in.frame.width), tiles_along(in.frame.height));
+  layer.bind();
   glDisable(GL_SCISSOR_TEST);
   glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
   glClear(GL_COLOR_BUFFER_BIT);
-  gl::scissor(tiles);
+}
+
+/// Asks the light's map which tiles of the part subjects may shade, and adds them to all lights'.
+void ShadowPass::find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers,
+                            LightTiles& own) {
+  const LightReach::Map& map = maps.reach();
+  find_extents(in, map, layers, own);
+  clear_tiles(own.may, in);
+  gl::scissor(tiles_of(part_));
+  gl::Program& program = programs_.tiles;
+  if (!program.made()) program = gl::Program("fullscreen.vert", "shadow_tiles.frag");
   program.use();
   program.set("extents", 0);
   program.set("nearest", 1);
   program.set("sums", 2);
-  gl::bind_texture(0, GL_TEXTURE_2D, extents_.colour(0));
-  gl::bind_texture(1, GL_TEXTURE_2D, extents_.colour(1));
+  gl::bind_texture(0, GL_TEXTURE_2D, own.extents.colour(0));
+  gl::bind_texture(1, GL_TEXTURE_2D, own.extents.colour(1));
   gl::bind_texture(2, GL_TEXTURE_2D, maps.reach_sums());
   program.set("map_low", map.low);
   program.set("map_scale", map.scale);
-  program.set("reach", in.shadow.hard ? Vec2f(0.0f) : map.extent);
+  program.set("reach", in.hard() ? Vec2f(0.0f) : map.extent);
   program.set("subject_nearest", map.nearest);
   // A cell's maps look towards the subjects and not along the light's normal: off that axis a texel
   // is wider in the light's map.
@@ -89,6 +86,13 @@ void ShadowPass::find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& 
   program.set("everywhere", map.everywhere);
   program.set("behind", map.point);
   glDrawArrays(GL_TRIANGLES, 0, 3);
+  may_.bind();
+  gl::scissor(tiles_of(part_));
+  glEnable(GL_BLEND);
+  glBlendEquation(GL_MAX);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBlendEquation(GL_FUNC_ADD);
+  glDisable(GL_BLEND);
 }
 
 /// Makes \p layer 0 where it is asked for, and beside it.
@@ -100,14 +104,24 @@ void ShadowPass::clear(gl::LightLayer& layer, const PassInput& in, const ShadowG
   glClear(GL_COLOR_BUFFER_BIT);
 }
 
-void ShadowPass::draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLayers& layers) {
+/// Adds up what is taken of all lights.
+void ShadowPass::draw_irradiance(const PassInput& in, LightMaps& maps, SceneLayers& layers) {
   const ShadowGrid& grid = layers.grid();
   clear(asked_, in, grid);
-  gl::Program& program = receiver(in.shadow.taps);
-  program.use();
-  maps.set(program, in);
-  layers.set_places(program, 3);
-  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5, shaded());
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  glBlendEquationSeparate(GL_FUNC_ADD, GL_MAX);
+  for (const PassLight& light : in.lights) {
+    gl::Program& program = receiver(light.recipe.taps);
+    program.use();
+    maps[light.planned.light].set(program, light, programs_);
+    layers.set_places(program, 3);
+    drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5,
+                  {skips_ ? tiles_[light.planned.light].may.colour() : 0});
+  }
+  glBlendEquation(GL_FUNC_ADD);
+  glBlendFunc(GL_ONE, GL_ZERO);
+  glDisable(GL_BLEND);
   for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
 }
 
@@ -138,23 +152,31 @@ void ShadowPass::find_touched(const PassInput& in, const ShadowGrid& grid) {
   program.set("span", side / grid.step);
   program.set("beyond", grid.step - 1);
   // Where composite.frag leaves the background as it is, whatever the albedo, which is at most 1.
-  const Light& light = light_of(in.frame, in.plan);
-  const Vec3f power = light_power(light) * (in.frame.exposure / irradiance_scale(in));
-  const float most = std::max({power.x, power.y, power.z, 1e-30f}) / std::numbers::pi_v<float>;
+  const float most =
+      std::max({in.power.x, in.power.y, in.power.z, 1e-30f}) / std::numbers::pi_v<float>;
   program.set("least", 0.99f * 4e-5f / most);
   drawing_.draw(program, shadowed_, tiles_along(in.frame.width, side),
                 tiles_along(in.frame.height, side), tile_side / side, 1, shaded());
 }
 
-void ShadowPass::draw(const PassInput& in, ShadowMaps& maps, SceneLayers& layers,
+void ShadowPass::draw(const PassInput& in, LightMaps& maps, SceneLayers& layers,
                       const Rectangle& part, const Rectangle& cleared) {
   skips_ = in.settings.skip;
   part_ = part;
   cleared_ = cleared;
-  find_tiles(in, maps, layers);
+  const Rectangle tiles = tiles_of(part_);
+  shadowed_.clear();
+  for (int y = tiles.y; y < tiles.y + tiles.height; ++y)
+    for (int x = tiles.x; x < tiles.x + tiles.width; ++x)
+      shadowed_.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+  glDisable(GL_DEPTH_TEST);
+  glBindVertexArray(nothing_.get());
+  clear_tiles(may_, in);
+  for (const PassLight& light : in.lights)
+    find_tiles(in, maps[light.planned.light], layers, tiles_[light.planned.light]);
   draw_irradiance(in, maps, layers);
-  if (!in.shadow.hard) blur(in, layers.grid());
-  taken_ = in.shadow.hard ? asked_.colour() : gathered_.colour();
+  if (!in.hard()) blur(in, layers.grid());
+  taken_ = in.hard() ? asked_.colour() : gathered_.colour();
   if (skips_) find_touched(in, layers.grid());
 }
 

@@ -77,7 +77,7 @@ void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
   RenderPlan around = plan, subject = plan;
   around.subject = {};
   subject.shadow = subject.mirror = subject.mirror_shadow = {};
-  subject.light = -1;  // the mirror's eye stays: what is made ready for it serves both
+  subject.lights.clear();  // the mirror's eye stays: what is made ready for it serves both
   copy(background, background_stride, scene_);
   if (!around.untouched()) compose(around, background, background_stride, scene_.data(), stride);
   const std::uint8_t* full = scene_.data();

@@ -12,12 +12,13 @@
 namespace polyhull::processor {
 namespace {
 
-/// The points of the light that \p all rays of neighbours ask for, \p rays of each.
-std::vector<Vec3f> light_places(const Light& light, int all, int rays, int first) {
+/// The points of the light that the rays of so many \p neighbours ask for.
+std::vector<Vec3f> light_places(const Light& light, int neighbours, const ShadowRecipe& recipe) {
+  const int rays = recipe.rays, first = recipe.first_rays, all = neighbours * rays;
   std::vector<Vec3f> places;
   for (int i = 0; i < all; ++i) {
     Vec2f square(0.5f);
-    if (rays > 1) {
+    if (!recipe.single) {
       // The first rays of the four pixels of a 2 x 2 are four different parts of their blocks: else
       // some strata of the light would be nobody's first.
       const int turned = (i % rays + i / rays % 4 * first) % rays;
@@ -119,7 +120,7 @@ bool AreaShadow::fill(std::size_t number, ShadowTile& tile) const {
 void AreaShadow::gather(std::size_t number) {
   ShadowTile tile;
   if (!fill(number, tile)) return;
-  const bool gathers = per_pixel_ > 1;
+  const bool gathers = !recipe_.single;
   float means[block * block];
   if (gathers) Loops::best().gather(tile, means);
   bool any = false;
@@ -146,9 +147,9 @@ Rectangle AreaShadow::asked(const Rectangle& part, const LayerView& view) {
           std::min((wide.y + wide.height + span - 1) / span * span, view.height) - top};
 }
 
-/// Makes room for the view's grid, and forgets what the view, the light or the number of rays has
-/// made void. Returns whether what the scene hides from the light stays.
-bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& light) {
+/// Makes room for the view's grid, and forgets what the view or other places on the light have made
+/// void. Returns whether what the scene hides from the light stays.
+bool AreaShadow::lay_out(const ShadowView& view, bool other_map, bool same_places) {
   const LayerView& size = view.layer.view();
   const int step = recipe_.ray_step;
   const int columns = (size.width + step - 1) / step, lines = (size.height + step - 1) / step;
@@ -177,10 +178,8 @@ bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& li
     for (std::uint8_t& known : block_known_) known = std::min<std::uint8_t>(known, 1);
   }
   block_state_.assign(blocks, 0);
-  const bool same = light == light_ && per_pixel_ == recipe_.rays;
-  light_ = light;
-  per_pixel_ = recipe_.rays;
-  if (fresh || same) return !fresh;  // with a receiver comes that nothing is known of its light
+  if (fresh || same_places)
+    return !fresh;  // with a receiver comes that nothing is known of its light
   for (auto* bits : {&open_known_, &open_}) std::fill(bits->begin(), bits->end(), 0);
   return false;
 }
@@ -214,12 +213,14 @@ void AreaShadow::mark_shaded() {
 
 bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, const Light& light,
                        const ShadowRecipe& recipe, const Rectangle& shaded) {
+  const bool same_places = light_ == light && recipe_ == recipe;
+  light_ = light;
   recipe_ = recipe;
   const Rectangle part = surroundings(shaded, view.layer.view());
   rays_of_pixels_ = view.rays;
-  const bool kept = lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light);
-  if (!kept)
-    places_ = light_places(light, neighbours * recipe_.rays, recipe_.rays, recipe_.first_rays);
+  const bool kept =
+      lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), same_places);
+  if (!kept) places_ = light_places(light, neighbours, recipe_);
   const int span = step_ * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;

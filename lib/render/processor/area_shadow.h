@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The main light that subjects take from the scene: rays from every second pixel of every second
+/// What subjects take of a light from the scene: rays from every second pixel of every second
 /// row to points of the light, stratified, and neighbours ask for different points.
 ///
 ///   E(x) = mean over points y of the light of  b(x, y) o(x, y) cos_x cos_y / |x - y|^2
@@ -80,7 +80,7 @@ class AreaShadow {
 
   struct Packet;
 
-  bool lay_out(const ShadowView& view, bool other_map, const Light& light);
+  bool lay_out(const ShadowView& view, bool other_map, bool same_places);
   bool may_shade(const LightReach& reach, const ShadowView& view, std::size_t number);
   void find_depths(const ShadowView& view, std::size_t number);
   LightReach::Extent extent_of(const LightReach& reach, const ShadowView& view,
@@ -128,9 +128,8 @@ class AreaShadow {
   std::vector<std::uint8_t> block_known_;    // 1: the depths are, 2: the extent, 3: the places, too
   Light light_;
   PixelRays rays_of_pixels_;
-  int per_pixel_ = 0;
   ShadowRecipe recipe_;
-  std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
+  std::vector<Vec3f> places_;  // on the light: as many rays as it has for each of 4 x 4 neighbours
   std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
   std::vector<std::uint64_t> open_;        // and lets the ray through
   // Of this frame.

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 
+#include "render/light_samples.h"
 #include "render/processor/area_shadow.h"
 #include "scene/spot_cone.h"
 
@@ -251,8 +252,8 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
     }
   }
   std::fill_n(hidden, count, 0);
-  const std::size_t first = same * static_cast<std::size_t>(per_pixel_);
-  subjects.find_hidden(first, per_pixel_, {static_cast<int>(count), in_x, in_y, in_w}, hidden);
+  const std::size_t first = same * static_cast<std::size_t>(recipe_.rays);
+  subjects.find_hidden(first, recipe_.rays, {static_cast<int>(count), in_x, in_y, in_w}, hidden);
 
   const Lamp lamp(light);
   const Vec3f* const places = &places_[first];
@@ -286,7 +287,7 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
 
   LampPlaces known;
   for (int c = 0; c < 3; ++c) known.facing[c] = lamp.facing[c];
-  for (int i = 0; i < per_pixel_; ++i) {
+  for (int i = 0; i < recipe_.rays; ++i) {
     known.x[i] = places[i].x;
     known.y[i] = places[i].y;
     known.z[i] = places[i].z;
@@ -300,7 +301,7 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
       sum = Loops::best().given(known, &at.point.x, &at.normal.x, static_cast<std::uint32_t>(bits));
     for (; lamp.spot && bits != 0; bits &= bits - 1)
       sum += lamp.given(at, places[std::countr_zero(bits)]);
-    mean_[pixels[i]] = sum / static_cast<float>(per_pixel_);
+    mean_[pixels[i]] = sum / static_cast<float>(recipe_.rays);
   }
   return traced;
 }
@@ -324,7 +325,7 @@ std::uint64_t AreaShadow::trace(const ShadowCasters& subjects, const TracedScene
   for (int sample = first; sample < last; ++sample) {
     const std::uint64_t bit = std::uint64_t{1} << sample;
     for (std::size_t same = 0; same < neighbours; ++same) {
-      const std::size_t place = same * static_cast<std::size_t>(per_pixel_) + sample;
+      const std::size_t place = same * static_cast<std::size_t>(recipe_.rays) + sample;
       packet.count = 0;
       for (std::size_t i = 0; i < counts[same]; ++i) {
         const std::uint32_t pixel = pixels[same][i];

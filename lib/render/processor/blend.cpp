@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "base/srgb.h"
 #include "base/stopwatch.h"
 #include "render/fill.h"
+#include "render/light_samples.h"
 #include "render/processor/loops/loops.h"
 
 namespace polyhull::processor {
@@ -58,10 +60,13 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
       background_(background),
       background_stride_(background_stride),
       target_(target) {
-  if (plan.light < 0) return;
-  const Vec3f power =
-      light_power(light_of(frame, plan)) * (frame.exposure / std::numbers::pi_v<float>);
-  for (int c = 0; c < 3; ++c) power_[c] = power[c];
+  for (const ShadowLight& light : plan.lights) {
+    powers_.push_back(light_power(frame.lights[light.light]) *
+                      (frame.exposure / std::numbers::pi_v<float>));
+    for (int c = 0; c < 3; ++c) power_[c] += light.idle ? 0.0f : powers_.back()[c];
+  }
+  for (Vec3f& power : powers_)
+    for (int c = 0; c < 3; ++c) power[c] = power_[c] > 0.0f ? power[c] / power_[c] : 0.0f;
   const float most = std::max({power_[0], power_[1], power_[2]});
   least_taken_ = 0.999f * BlendPixels::least_missing / std::max(most, 1e-30f);
 }
@@ -108,15 +113,34 @@ bool Blend::Span::any(int begin, int end) const {
   return false;
 }
 
+/// Adds what the sixteen pixels from column \p x on lose of a light of \p power; \p first: nothing is
+/// there. Returns whether it is any.
+bool Blend::add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
+                        const Vec3f& power, bool first, float (&missing)[3][16]) {
+  float taken[16];
+  if (!shadow.reaches(x, y) || !shadow.taken(layer, x, y, taken)) return false;
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < 16; ++i)
+      missing[c][i] = first ? power[c] * taken[i] : missing[c][i] + power[c] * taken[i];
+  return true;
+}
+
 /// What of the sixteen pixels from column \p x on, a multiple of 16, loses light.
 void Blend::find_missing(int x, int y, Missing& missing) const {
   const auto within = [y](const Rectangle& part) {
     return !part.empty() && y >= part.y && y < part.y + part.height;
   };
-  missing.seen = within(plan_.shadow) && layers_.shadow.reaches(x, y) &&
-                 layers_.shadow.taken(layers_.direct, x, y, missing.taken);
-  missing.shown = within(plan_.mirror_shadow) && layers_.mirror_shadow.reaches(x, y) &&
-                  layers_.mirror_shadow.taken(layers_.mirrored, x, y, missing.in_mirror);
+  missing.seen = missing.shown = false;
+  for (std::size_t i = 0; i < plan_.lights.size(); ++i) {
+    const LightShadow& shadow = *layers_.shadows[i];
+    if (within(plan_.lights[i].seen) &&
+        add_missing(shadow.seen, layers_.direct, x, y, powers_[i], !missing.seen, missing.taken))
+      missing.seen = true;
+    if (within(plan_.lights[i].in_mirror) &&
+        add_missing(shadow.in_mirror, layers_.mirrored, x, y, powers_[i], !missing.shown,
+                    missing.in_mirror))
+      missing.shown = true;
+  }
 }
 
 /// Blends the changed part of row \p y into \p out, and counts.
@@ -141,24 +165,24 @@ void Blend::blend_piece(int x, int end, int y, const Span& over, const Span& mir
                         const Missing& missing, const PixelRows& out, Piece& piece,
                         Progress& progress) {
   const int first = x & ~(BlendPixels::count - 1);
-  const auto any = [&](const float* values, float least) {
-    return std::any_of(values + (x - first), values + (end - first),
-                       [least](float value) { return value > least; });
+  const auto any = [&](const float(&values)[3][16], float least) {
+    return std::any_of(std::begin(values), std::end(values), [&](const float(&channel)[16]) {
+      return std::any_of(channel + (x & 15), channel + (x & 15) + (end - x),
+                         [least](float value) { return value > least; });
+    });
   };
-  const float* taken = missing.taken + (first & 15);
-  const float* in_mirror = missing.in_mirror + (first & 15);
-  const bool shown =
-      missing.shown && any(in_mirror, 0.0f) && layers_.direct.shows_mirror({x, y, end - x, 1});
+  const bool shown = missing.shown && any(missing.in_mirror, 0.0f) &&
+                     layers_.direct.shows_mirror({x, y, end - x, 1});
   const bool covered = over.any(x, end), reflected = mirrored.any(x, end);
   const bool others = shown || covered || reflected;
-  const bool seen = missing.seen && any(taken, others ? 0.0f : least_taken_);
+  const bool seen = missing.seen && any(missing.taken, others ? 0.0f : least_taken_);
   if (!seen && !others) return;
   BlendPixels& pixels = piece.pixels;
-  fill_ground(x, end, y, seen ? taken : nullptr, pixels);
+  fill_ground(x, end, y, seen ? missing.taken : nullptr, pixels);
   if (covered || piece.has_subject) fill_subject(x, end, over, pixels);
   piece.has_subject = covered;
   if (shown || reflected || piece.has_mirror)
-    fill_mirror(x, end, y, mirrored, shown ? in_mirror : nullptr, pixels);
+    fill_mirror(x, end, y, mirrored, shown ? missing.in_mirror : nullptr, pixels);
   piece.has_mirror = shown || reflected;
   pixels.layered = others;
   progress.touched.left = std::min(progress.touched.left, x);
@@ -175,8 +199,8 @@ void Blend::blend_piece(int x, int end, int y, const Span& over, const Span& mir
   std::memcpy(out.at(x, y), made + (x - first), 4 * static_cast<std::size_t>(end - x));
 }
 
-/// The share of pixel (x, y)'s light that goes where \p taken does of the main lamp's.
-float Blend::share_taken(int x, int y, float taken) const {
+/// The share of pixel (x, y)'s light that goes where \p taken does of the lights'.
+float Blend::share_taken(int x, int y, const Vec3f& taken) const {
   const RayHit hit = layers_.direct.hit(x, y);
   if (!hit.hit()) return 0.0f;
   const Vec3f eye(plan_.eye);
@@ -210,10 +234,11 @@ int Blend::blend_translucent(int x, int end, int y, const Piece& piece, std::uin
   for (int i = 0; i < count; ++i) {
     transparent[i] = 0.0f;
     const float alpha = static_cast<float>(pixels.background[i] >> 24) / 255.0f;
-    over.taken[i] = alpha * pixels.taken[i];
+    const Vec3f taken(pixels.taken[0][i], pixels.taken[1][i], pixels.taken[2][i]);
+    for (int c = 0; c < 3; ++c) over.taken[c][i] = alpha * taken[c];
     // Metal scatters nothing, so the shadow is not seen on it.
-    if (pixels.taken[i] > 0.0f && pixels.albedo[i] != 0 && alpha < 1.0f)
-      transparent[i] = (1.0f - alpha) * share_taken(first + i, y, pixels.taken[i]);
+    if (taken != Vec3f(0.0f) && pixels.albedo[i] != 0 && alpha < 1.0f)
+      transparent[i] = (1.0f - alpha) * share_taken(first + i, y, taken);
   }
   FillPixel fill[count];
   for (int k = 0; k < 3; ++k) {
@@ -251,9 +276,8 @@ int Blend::blend_translucent(int x, int end, int y, const Piece& piece, std::uin
   return changed;
 }
 
-/// The background of pixels \p x to \p end - 1 and what it loses of \p taken, the whole piece's; null:
-/// nothing.
-void Blend::fill_ground(int x, int end, int y, const float* taken, BlendPixels& pixels) {
+/// The background of pixels \p x to \p end - 1 and what it loses (Missing); null: nothing.
+void Blend::fill_ground(int x, int end, int y, const float (*taken)[16], BlendPixels& pixels) {
   constexpr int count = BlendPixels::count;
   const int first = x & ~(count - 1);
   const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
@@ -261,11 +285,12 @@ void Blend::fill_ground(int x, int end, int y, const float* taken, BlendPixels& 
   std::memcpy(pixels.background + (x - first), coded + 4 * x,
               4 * static_cast<std::size_t>(end - x));
   if (taken == nullptr) {
-    std::fill_n(pixels.taken, count, 0.0f);
+    for (float(&channel)[count] : pixels.taken) std::fill_n(channel, count, 0.0f);
     return;
   }
-  for (int i = 0; i < count; ++i)
-    pixels.taken[i] = first + i < x || first + i >= end ? 0.0f : taken[i];
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < count; ++i)
+      pixels.taken[c][i] = first + i < x || first + i >= end ? 0.0f : taken[c][(first & 15) + i];
   const std::uint64_t* albedo =
       layers_.albedo.at(*layers_.scene, layers_.direct, first & ~15, y) + (first & 15);
   std::copy_n(albedo, count, pixels.albedo);
@@ -282,9 +307,9 @@ void Blend::fill_subject(int x, int end, const Span& over, BlendPixels& pixels) 
   }
 }
 
-/// What the mirror changes where the subject does not cover it. \p taken: of what it shows of the
-/// whole piece; null: nothing.
-void Blend::fill_mirror(int x, int end, int y, const Span& mirrored, const float* taken,
+/// What the mirror changes where the subject does not cover it. \p taken: of what it shows (Missing);
+/// null: nothing.
+void Blend::fill_mirror(int x, int end, int y, const Span& mirrored, const float (*taken)[16],
                         BlendPixels& pixels) {
   for (int i = 0; i < BlendPixels::count; ++i) {
     const int column = (x & ~(BlendPixels::count - 1)) + i;
@@ -293,8 +318,11 @@ void Blend::fill_mirror(int x, int end, int y, const Span& mirrored, const float
     pixels.keep[i] = 1.0f;
     pixels.covered[i] = image.a;
     Vec3f gone(0.0f), more(0.0f), dimmed(0.0f);
-    if (open && taken != nullptr && taken[i] > 0.0f)
-      dimmed = taken[i] * mirror_dimming(column, y, image.a);
+    if (open && taken != nullptr) {
+      const int at = column & 15;
+      const Vec3f lost(taken[0][at], taken[1][at], taken[2][at]);
+      if (lost != Vec3f(0.0f)) dimmed = lost * mirror_dimming(column, y, image.a);
+    }
     if (image.a > 0.0f) {
       if (settings_.mirror == MirrorMode::plain) {
         pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;

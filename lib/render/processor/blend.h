@@ -18,12 +18,17 @@
 
 namespace polyhull::processor {
 
+/// What subjects take of a light, as the viewport and as the plan's mirror see it.
+struct LightShadow {
+  AreaShadow seen, in_mirror;
+};
+
 /// What a picture is made of: all drawn but the subjects, whose bands are painted on the way.
 struct Layers {
   const TracedScene* scene = nullptr;  ///< null: no geometry
   SceneLayer direct, mirrored;        ///< the scene as the viewport and as the plan's mirror see it
   AlbedoLayer albedo, mirror_albedo;  ///< of these
-  AreaShadow shadow, mirror_shadow;   ///< on these
+  std::vector<const LightShadow*> shadows;  ///< on these, as RenderPlan::lights
   std::vector<ReadySubject> subjects;
   SubjectLayer front, image;  ///< the subjects before the viewport and in the mirror
 };
@@ -93,10 +98,11 @@ class Blend {
   };
   static Span row_of(const Painted& painted, int y);
 
-  /// What of a row's light is missing, of sixteen pixels that begin at a multiple of 16.
+  /// What of a row's light is missing, of sixteen pixels that begin at a multiple of 16: E by channel, per
+  /// power_.
   struct Missing {
-    bool seen = false, shown = false;     // any, there and in the mirror
-    float taken[16] = {}, in_mirror[16];  // written where any is
+    bool seen = false, shown = false;      // any, there and in the mirror
+    float taken[3][16], in_mirror[3][16];  // written where any is
   };
 
   /// Up to eight pixels of a row on their way into the picture. What has no part in them stays as
@@ -112,16 +118,18 @@ class Blend {
     std::uint64_t shaded = 0, changed = 0;
   };
 
+  static bool add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
+                          const Vec3f& power, bool first, float (&missing)[3][16]);
   void find_missing(int x, int y, Missing& missing) const;
   void blend_row(int y, const Span& over, const Span& mirrored, const PixelRows& out, Piece& piece,
                  Progress& progress);
   void blend_piece(int x, int end, int y, const Span& over, const Span& mirrored,
                    const Missing& missing, const PixelRows& out, Piece& piece, Progress& progress);
   int blend_translucent(int x, int end, int y, const Piece& piece, std::uint32_t* made) const;
-  float share_taken(int x, int y, float taken) const;
-  void fill_ground(int x, int end, int y, const float* taken, BlendPixels& pixels);
+  float share_taken(int x, int y, const Vec3f& taken) const;
+  void fill_ground(int x, int end, int y, const float (*taken)[16], BlendPixels& pixels);
   static void fill_subject(int x, int end, const Span& over, BlendPixels& pixels);
-  void fill_mirror(int x, int end, int y, const Span& mirrored, const float* taken,
+  void fill_mirror(int x, int end, int y, const Span& mirrored, const float (*taken)[16],
                    BlendPixels& pixels);
   Vec3f mirror_dimming(int x, int y, float covered);
 
@@ -134,8 +142,9 @@ class Blend {
   const std::uint8_t* background_;
   int background_stride_;
   PictureTarget target_;
-  float power_[3] = {};       // of the main light, as a picture value per albedo and E
-  float least_taken_ = 0.0f;  // what is less is no change
+  float power_[3] = {};        // of all lights together, as a picture value per albedo and E
+  std::vector<Vec3f> powers_;  // of each, as a share of that
+  float least_taken_ = 0.0f;   // what is less is no change
 };
 
 }  // namespace polyhull::processor

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/srgb.h"
+#include "render/light_samples.h"
 
 namespace polyhull::processor {
 

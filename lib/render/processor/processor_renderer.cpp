@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "render/processor/processor_renderer.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -24,26 +27,35 @@ int samples_of(const RenderSettings& settings) {
 
 }  // namespace
 
+/// A light whose shadow is or was drawn.
+struct KnownLight : LightShadow {
+  ShadowCasters casters;
+  std::optional<Light> light;  // for which casters has the subjects, by the recipe
+  ShadowRecipe recipe;
+};
+
 struct ProcessorRenderer::State : Layers {
   std::shared_ptr<const Scene> scene_held;
   std::optional<std::uint64_t> geometry;  // geometry_key() of the scene, once it is asked for
-  ShadowCasters casters;
-  std::optional<Light> shadow_light;      // for which casters has the subjects
-  ShadowRecipe recipe;                    // the same
-  std::vector<std::uint8_t> mirror_ways;  // MirrorView's
+  SolidSubjects solid;
+  std::map<std::size_t, KnownLight> known;  // by number
+  std::vector<KnownLight*> lights;          // of this frame, as RenderPlan::lights
+  std::vector<std::uint8_t> mirror_ways;    // MirrorView's
   std::vector<std::uint8_t> background_copy;
 
   bool still(const RenderPlan& plan) const;
   void ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
                       const RenderSettings& settings, RenderStatistics& statistics);
   void bring_to_screen(const RenderFrame& frame, const RenderPlan& plan);
+  void choose_lights(const RenderPlan& plan, bool same);
+  void ready_light(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+                   std::size_t number, bool same);
   void prepare(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                RenderStatistics& statistics);
   void draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                   RenderStatistics& statistics);
   ShadowView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan) const;
-  void draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
-                    const RenderSettings& settings, RenderStatistics& statistics);
+  void draw_shadows(const RenderFrame& frame, const RenderPlan& plan, RenderStatistics& statistics);
 };
 
 ProcessorRenderer::ProcessorRenderer() : state_(std::make_unique<State>()) {}
@@ -104,32 +116,55 @@ void ProcessorRenderer::State::bring_to_screen(const RenderFrame& frame, const R
       frame.width, frame.height);
 }
 
+/// Finds this frame's lights among those that are known. \p same: all subjects are as they were.
+void ProcessorRenderer::State::choose_lights(const RenderPlan& plan, bool same) {
+  if (!same) solid.forget();
+  lights.clear();
+  shadows.clear();
+  for (const ShadowLight& light : plan.lights) {
+    lights.push_back(&known[light.light]);
+    shadows.push_back(lights.back());
+  }
+  if (same) return;
+  for (auto& [number, light] : known)
+    if (std::find(lights.begin(), lights.end(), &light) == lights.end())
+      light.light.reset();  // its casters are not these subjects'
+}
+
+/// Makes ready what subjects hide of the plan's light \p number.
+void ProcessorRenderer::State::ready_light(const RenderFrame& frame, const RenderPlan& plan,
+                                           const RenderSettings& settings, std::size_t number,
+                                           bool same) {
+  const ShadowLight& planned = plan.lights[number];
+  const Light& light = frame.lights[planned.light];
+  const ShadowRecipe now = shadow_recipe(settings, light, planned.share);
+  KnownLight& own = *lights[number];
+  own.casters.set(plan, solid, light, now, same && own.light == light && own.recipe == now);
+  own.light = light;
+  own.recipe = now;
+}
+
 /// Makes ready what subjects look like, and what they hide, side by side.
 void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPlan& plan,
                                        const RenderSettings& settings,
                                        RenderStatistics& statistics) {
   const bool same = settings.skip && still(plan);
-  const bool shadowed = !plan.shadow.empty() || !plan.mirror_shadow.empty();
-  double prepared[2] = {0.0, 0.0};  // seconds
-  parallel_for(shadowed ? 2 : 1, 1, 0, [&](std::size_t begin, std::size_t end) {
+  choose_lights(plan, same);
+  std::atomic<double> prepared[2] = {0.0, 0.0};  // seconds
+  parallel_for(1 + lights.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t task = begin; task < end; ++task) {
       Stopwatch own;
       if (task == 0) {
         ready_subjects(frame, plan, settings, statistics);
         bring_to_screen(frame, plan);
       } else {
-        const Light& light = light_of(frame, plan);
-        const ShadowRecipe now = shadow_recipe(settings, light);
-        casters.set(plan, light, now, same && shadow_light == light && recipe == now);
-        shadow_light = light;
-        recipe = now;
+        ready_light(frame, plan, settings, task - 1, same);
       }
-      prepared[task] = own.lap();
+      prepared[task == 0 ? 0 : 1] += own.lap();
     }
   });
-  if (!shadowed && !same) shadow_light.reset();  // the casters are not these subjects'
   statistics.passes.push_back({"upload", 1e3 * prepared[0], -1.0});
-  if (shadowed) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
+  if (!lights.empty()) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 }
 
 /// Draws what is missing of the scene as the viewport and the mirror see it.
@@ -175,10 +210,12 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
             drawn;
   }
   std::vector<Rectangle> sampled{plan.subject, plan.mirror};
-  if (!plan.mirror_shadow.empty()) {
-    mirror_shadow.begin(casters, view_in_mirror(frame, plan), light_of(frame, plan), recipe,
-                        plan.mirror_shadow);
-    const std::vector<Rectangle> reached = mirror_shadow.reached(view);
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const Rectangle& part = plan.lights[i].in_mirror;
+    if (part.empty()) continue;
+    KnownLight& own = *lights[i];
+    own.in_mirror.begin(own.casters, view_in_mirror(frame, plan), *own.light, own.recipe, part);
+    const std::vector<Rectangle> reached = own.in_mirror.reached(view);
     sampled.insert(sampled.end(), reached.begin(), reached.end());
   }
   drawn = direct.ensure_samples(sampled) || drawn;
@@ -194,22 +231,24 @@ ShadowView ProcessorRenderer::State::view_in_mirror(const RenderFrame& frame,
           reflected(rays, mirror.normal), &direct};
 }
 
-/// The shadow as the viewport sees it, and as the mirror shows it.
+/// The shadows as the viewport sees them, and as the mirror shows them.
 void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
-                                            const RenderSettings& settings,
                                             RenderStatistics& statistics) {
-  if (plan.light < 0) return;
-  const Light& light = light_of(frame, plan);
-  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
-  if (!plan.shadow.empty()) {
-    const ShadowView view{direct, Vec3f(plan.eye), rays};
-    statistics.static_shadow_reused = shadow.begin(casters, view, light, recipe, plan.shadow);
-    shadow.draw(casters, *scene, view, light);
-    statistics.rays += shadow.rays();
-  }
-  if (!plan.mirror_shadow.empty()) {
-    mirror_shadow.draw(casters, *scene, view_in_mirror(frame, plan), light);
-    statistics.rays += mirror_shadow.rays();
+  const ShadowView view{direct, Vec3f(plan.eye),
+                        PixelRays(resized(frame.viewport, frame.width, frame.height))};
+  statistics.static_shadow_reused = !plan.shadow.empty();
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    KnownLight& own = *lights[i];
+    if (const Rectangle& part = plan.lights[i].seen; !part.empty()) {
+      const bool kept = own.seen.begin(own.casters, view, *own.light, own.recipe, part);
+      statistics.static_shadow_reused = statistics.static_shadow_reused && kept;
+      own.seen.draw(own.casters, *scene, view, *own.light);
+      statistics.rays += own.seen.rays();
+    }
+    if (!plan.lights[i].in_mirror.empty()) {
+      own.in_mirror.draw(own.casters, *scene, view_in_mirror(frame, plan), *own.light);
+      statistics.rays += own.in_mirror.rays();
+    }
   }
 }
 
@@ -234,6 +273,8 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   statistics_ = {};
   statistics_.subject_skipped = plan.subject.empty();
   statistics_.shadow_skipped = plan.shadow.empty();
+  statistics_.shadow_lights = plan.lights.size();
+  statistics_.lights_skipped = plan.lights_skipped;
   statistics_.mirror_skipped = plan.mirror.empty();
   const Rectangle changed = plan.changed();
   if (changed.empty()) return;
@@ -247,14 +288,15 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
     s.geometry.reset();
     // The next scene may take this one's address.
     for (SceneLayer* layer : {&s.direct, &s.mirrored}) layer->forget();
+    s.known.clear();
   }
   s.scene = traced(frame.scene);
   s.prepare(frame, plan, settings, statistics_);
   watch.lap();
   s.draw_scene(frame, plan, settings, statistics_);
   pass("scene-depth");
-  s.draw_shadows(frame, plan, settings, statistics_);
-  if (plan.light >= 0) pass("shadow");
+  s.draw_shadows(frame, plan, statistics_);
+  if (!plan.lights.empty()) pass("shadow");
 
   std::optional<MirrorView> mirror;
   if (plan.mirror_index >= 0) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// Composites drawn by the processor, without OpenGL: the subject rasterised with several samples a
-/// pixel against the scene's depth, the main light's shadow by rays to points of the light, the
+/// pixel against the scene's depth, the lights' shadows by rays to their points, the
 /// mirror's image like the subject itself. Bands of rows are drawn side by side on the pool's
 /// threads; the picture does not depend on how many there are.
 #pragma once

@@ -53,15 +53,35 @@ void gather_around(const ImageHull& hull, const ImageHull::Origin& origin,
 
 }  // namespace
 
-void ShadowCasters::set(const RenderPlan& plan, const Light& light, const ShadowRecipe& recipe,
-                        bool same) {
-  if (same) return;
-  places_.clear();
+void SolidSubjects::forget() {
+  made_ = false;
+}
+
+void SolidSubjects::make(const RenderPlan& plan) {
+  const std::lock_guard lock(making_);
+  if (made_) return;
   if (mesh_) caster_.remove_mesh(*mesh_);
   mesh_.reset();
+  const SubjectsShape shape = shape_of(plan);
+  any_ = !shape.triangles.empty();
+  mesh_ = caster_.add_mesh(shape.points, shape.triangles);
+  caster_.commit();
+  made_ = true;
+}
+
+void SolidSubjects::occluded(std::span<const Ray> rays, std::span<std::uint8_t> blocked) const {
+  if (any_)
+    caster_.occluded(rays, blocked);
+  else
+    std::fill(blocked.begin(), blocked.end(), std::uint8_t{0});
+}
+
+void ShadowCasters::set(const RenderPlan& plan, SolidSubjects& solid, const Light& light,
+                        const ShadowRecipe& recipe, bool same) {
+  if (same) return;
+  solid_ = &solid;
+  places_.clear();
   SubjectsShape shape = shape_of(plan);
-  any_triangles_ = !shape.triangles.empty();
-  const SubjectsShape solid = shape;
   images_.clear();
   for (const PlacedSubject& subject : plan.subjects) {
     if (!subject.image) continue;
@@ -73,9 +93,7 @@ void ShadowCasters::set(const RenderPlan& plan, const Light& light, const Shadow
   masks_.resize(plan.subjects.size());
   for (std::size_t i = 0; masked_ && i < masks_.size(); ++i)
     masked_ = masks_[i].set(reach_, plan.subjects[i].points, plan.subjects[i].mesh->hull.triangles);
-  if (masked_) return;
-  mesh_ = caster_.add_mesh(solid.points, solid.triangles);
-  caster_.commit();
+  if (!masked_) solid.make(plan);
 }
 
 void ShadowCasters::aim(std::span<const Vec3f> places) {
@@ -96,10 +114,7 @@ void ShadowCasters::find_hidden(std::size_t first, int count, const MaskPoints& 
 
 void ShadowCasters::occluded(std::span<const Ray> rays, std::size_t number,
                              std::span<std::uint8_t> blocked) const {
-  if (any_triangles_)
-    caster_.occluded(rays, blocked.first(rays.size()));
-  else
-    std::fill_n(blocked.begin(), rays.size(), std::uint8_t{0});
+  solid_->occluded(rays, blocked.first(rays.size()));
   thread_local ImageHull::Scratch scratch;
   thread_local ImageHull::Bundle bundle;
   for (std::size_t i = 0; i < images_.size(); ++i) {

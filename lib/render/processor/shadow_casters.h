@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The subjects as they stand in the main light's way, for all views of the scene.
+/// The subjects as they stand in a light's way, for all views of the scene.
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -17,11 +18,30 @@
 
 namespace polyhull::processor {
 
+/// A frame's subjects that have triangles, ready for rays, for all lights.
+class SolidSubjects {
+ public:
+  /// Other subjects come.
+  void forget();
+  /// Those of \p plan, unless they are ready. Several threads may call it.
+  void make(const RenderPlan& plan);
+  /// As RayCaster::occluded(), after make().
+  void occluded(std::span<const Ray> rays, std::span<std::uint8_t> blocked) const;
+
+ private:
+  RayCaster caster_{RayCaster::For::one_frame};
+  std::mutex making_;
+  bool made_ = false, any_ = false;
+  std::optional<std::uint32_t> mesh_;
+};
+
 class ShadowCasters {
  public:
-  /// The subjects that block \p light now, in scene coordinates, as \p recipe asks for them. \p same:
-  /// they, the light and the recipe are those of the last call.
-  void set(const RenderPlan& plan, const Light& light, const ShadowRecipe& recipe, bool same);
+  /// The subjects that block \p light now, in scene coordinates, as \p recipe asks for them; rays meet
+  /// \p solid, which must outlive this and is made ready if it is asked. \p same: they, the light and the
+  /// recipe are those of the last call.
+  void set(const RenderPlan& plan, SolidSubjects& solid, const Light& light,
+           const ShadowRecipe& recipe, bool same);
 
   /// Makes \p places on the light (scene coordinates) ready to be asked for.
   void aim(std::span<const Vec3f> places);
@@ -42,8 +62,7 @@ class ShadowCasters {
   std::uint64_t map() const { return map_; }
 
  private:
-  RayCaster caster_{RayCaster::For::one_frame};
-  std::optional<std::uint32_t> mesh_;
+  const SolidSubjects* solid_ = nullptr;
   LightReach reach_;
   struct Image {
     std::shared_ptr<const ImageSubject> subject;
@@ -51,7 +70,7 @@ class ShadowCasters {
   };
   std::vector<Image> images_;
   std::vector<LightMasks> masks_;  // by subject
-  bool masked_ = false, any_triangles_ = false;
+  bool masked_ = false;
   std::vector<Vec3f> places_;               // of the last aim(), until the next set()
   std::vector<ImageHull::Origin> origins_;  // by image-based subject and place
   std::uint64_t map_ = 1;

@@ -83,9 +83,12 @@ TEST(SpotLight, TheSubjectsLightIsThatWhoseConeHasIt) {
   std::vector<Light> lights = {spot(15, 25), spot(15, 25)};
   lights[1].centre.x = 4.0f;
   lights[1].radiance *= 100.0f;
-  EXPECT_EQ(main_light(lights, {0.2, 0, 0}), 0);
-  EXPECT_EQ(main_light(lights, {3.8, 0, 0}), 1);
-  EXPECT_EQ(main_light(lights, {1.9, 0, 0}), -1) << "outside of both";
+  const auto given = [&](std::size_t i, double x) { return light_given(lights[i], {x, 0, 0}); };
+  EXPECT_GT(given(0, 0.2), 0.0);
+  EXPECT_EQ(given(1, 0.2), 0.0);
+  EXPECT_EQ(given(0, 3.8), 0.0);
+  EXPECT_GT(given(1, 3.8), 0.0);
+  EXPECT_EQ(given(0, 1.9) + given(1, 1.9), 0.0) << "outside of both";
 }
 
 /// The floor's irradiance at \p place, from the middle of each of parts^2 of the light.

@@ -141,7 +141,7 @@ struct BlendPixels {
   bool layered = true;              ///< else only background, albedo and taken have an effect
   std::uint32_t background[count];  ///< RGBA bytes, a little-endian word
   std::uint64_t albedo[count];      ///< 16 bits a channel
-  float taken[count];               ///< the lamp's light that is missing
+  float taken[3][count];            ///< the lights' that is missing
   float dimmed[3][count];           ///< what is missing in the mirror, as a picture value
   float keep[count];                ///< of what is there before `more` comes to it
   float covered[count];             ///< by the mirror's image
@@ -196,7 +196,7 @@ struct Loops {
   float (*given)(const LampPlaces& places, const float* at, const float* normal,
                  std::uint32_t which);
   /// Puts the pixels together into \p out, RGBA bytes; returns how many are not the background's any
-  /// more. \p power of the lamp: by how much a
+  /// more. \p power of the lights: by how much a
   /// background of albedo 1 falls for taken = 1; \p decode as for add().
   int (*blend)(const BlendPixels& pixels, const float (&power)[3], const float* decode,
                const SrgbLines& encode, std::uint32_t* out);
