@@ -15,6 +15,7 @@ constexpr float cell_length = 0.125f;  // metres; that of larger or farther subj
 constexpr int most_cells = 32;         // along an axis of a subject
 constexpr double most_away = 1 << 20;  // cells from the origin
 constexpr std::size_t most_kept = 1u << 18;
+constexpr std::size_t most_lattices = 16;
 constexpr float brightest = 4.0f;  // f
 const Vec3f stage_middle(0.0f, 1.0f, 0.0f);
 
@@ -116,35 +117,51 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
     lights_ = frame.lights;
     ambient_ = frame.ambient;
     nodes_.clear();
+    lattices_.clear();
     stage_ = Irradiance(frame, scene.caster()).at(stage_middle);
   }
   if (!(std::max({stage_.x, stage_.y, stage_.z}) > 0.0f)) return nullptr;
-  return std::make_shared<const LightLattice>(lattice(bounds_of(subject.points), frame, scene));
+  const Part part = part_around(bounds_of(subject.points));
+  auto kept = std::find_if(lattices_.begin(), lattices_.end(),
+                           [&](const auto& lattice) { return lattice.first == part; });
+  if (kept == lattices_.end()) {
+    if (lattices_.size() < most_lattices) lattices_.emplace_back();
+    kept = lattices_.end() - 1;
+    *kept = {part, std::make_shared<const LightLattice>(lattice(part, frame, scene))};
+  }
+  std::rotate(lattices_.begin(), kept, kept + 1);
+  return lattices_.front().second;
 }
 
-LightLattice SubjectLight::lattice(const Bounds& box, const RenderFrame& frame,
-                                   const TracedScene& scene) {
+SubjectLight::Part SubjectLight::part_around(const Bounds& box) {
   double extent = 0.0, away = 0.0;
   for (int k = 0; k < 3; ++k) {
     extent = std::max(extent, box.max[k] - box.min[k]);
     away = std::max({away, std::abs(box.min[k]), std::abs(box.max[k])});
   }
-  int doubled = 0;
+  Part out;
   float cell = cell_length;
-  for (; extent > most_cells * static_cast<double>(cell) || away > most_away * cell; ++doubled)
-    cell *= 2.0f;
-
-  LightLattice out;
-  out.cell = cell;
-  int first[3];
-  for (int k = 0; k < 3; ++k) {
-    first[k] = static_cast<int>(std::floor(box.min[k] / cell - 0.5));
-    const int last = static_cast<int>(std::ceil(box.max[k] / cell - 0.5));
-    out.size[static_cast<std::size_t>(k)] = std::max(last - first[k] + 1, 2);
+  for (; extent > most_cells * static_cast<double>(cell) || away > most_away * cell; cell *= 2.0f)
+    ++out.doubled;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<int>(k);
+    out.first[k] = static_cast<int>(std::floor(box.min[axis] / cell - 0.5));
+    const int last = static_cast<int>(std::ceil(box.max[axis] / cell - 0.5));
+    out.size[k] = std::max(last - out.first[k] + 1, 2);
   }
-  // The lowest layer that is found, half a cell or more over the lowest point.
-  const int floor = static_cast<int>(std::ceil(box.min.y / cell)) - first[1];
-  out.size[1] = std::max(out.size[1], floor + 1);
+  // Half a cell or more over the lowest point.
+  out.floor = static_cast<int>(std::ceil(box.min.y / cell)) - out.first[1];
+  out.size[1] = std::max(out.size[1], out.floor + 1);
+  return out;
+}
+
+LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
+                                   const TracedScene& scene) {
+  const std::array<int, 3>& first = part.first;
+  const int floor = part.floor, doubled = part.doubled;
+  LightLattice out;
+  const float cell = out.cell = std::ldexp(cell_length, doubled);
+  out.size = part.size;
   out.origin = place_of(first[0], first[1], first[2], cell);
   const auto [nx, ny, nz] = out.size;
   out.factors.resize(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *

@@ -12,7 +12,7 @@
 /// (W/sr), and x_0 a metre above the scene's origin.
 ///
 /// Phi is found at the nodes of a lattice that is fixed in the scene and kept there, so that a subject
-/// that walks asks for few new ones; between nodes f is linear. Below half a cell over a subject's lowest
+/// that walks asks for few new ones, and one that stands still for none of its lattice; between nodes f is linear. Below half a cell over a subject's lowest
 /// point, where nodes may lie under the floor, f goes on as it does above.
 #pragma once
 
@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "render/frame.h"
@@ -54,12 +55,21 @@ class SubjectLight {
   struct Hash {
     std::size_t operator()(const Node& node) const;
   };
-  LightLattice lattice(const Bounds& box, const RenderFrame& frame, const TracedScene& scene);
+  /// The nodes that a subject asks for.
+  struct Part {
+    std::array<int, 3> first{}, size{};
+    int floor = 0;    // the lowest layer that is found
+    int doubled = 0;  // how often the cell's length is
+    bool operator==(const Part&) const = default;
+  };
+  static Part part_around(const Bounds& box);
+  LightLattice lattice(const Part& part, const RenderFrame& frame, const TracedScene& scene);
 
   std::shared_ptr<const Scene> scene_;
   std::vector<Light> lights_;
-  Vec3f ambient_{0.0f}, stage_{0.0f};            // stage_: Phi(x_0)
-  std::unordered_map<Node, Vec3f, Hash> nodes_;  // f
+  Vec3f ambient_{0.0f}, stage_{0.0f};                                           // stage_: Phi(x_0)
+  std::unordered_map<Node, Vec3f, Hash> nodes_;                                 // f
+  std::vector<std::pair<Part, std::shared_ptr<const LightLattice>>> lattices_;  // the latest first
   std::size_t found_ = 0;
 };
 
