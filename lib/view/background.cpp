@@ -8,6 +8,7 @@
 #include "base/srgb.h"
 #include "base/thread_pool.h"
 #include "raytrace/light_store.h"
+#include "raytrace/loops/view_loops.h"
 #include "view/gradual_light.h"
 #include "view/raster_view.h"
 #include "view/scene_planes.h"
@@ -211,16 +212,9 @@ void Background::write(std::uint8_t* pixels, std::size_t stride, int red) const 
   const std::vector<Vec3f>& shown = picture();
   parallel_for(static_cast<std::size_t>(height()), 16, options_.view.threads,
                [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t y = begin; y < end; ++y) {
-                   std::uint8_t* out = pixels + y * stride;
-                   const Vec3f* in = &shown[y * columns];
-                   for (std::size_t x = 0; x < columns; ++x, out += 4) {
-                     out[red] = linear_to_srgb(in[x].x, table);
-                     out[1] = linear_to_srgb(in[x].y, table);
-                     out[2 - red] = linear_to_srgb(in[x].z, table);
-                     out[3] = 255;
-                   }
-                 }
+                 for (std::size_t y = begin; y < end; ++y)
+                   ViewLoops::best().encode(&shown[y * columns].x, width(), table, red,
+                                            pixels + y * stride);
                });
 }
 

@@ -253,6 +253,29 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
 #endif
 }
 
+TEST(ViewLoops, EncodesAsSingleNumbersAre) {
+  std::vector<float> picture{-1.0f, 0.0f, -0.0f, 1.0f, 2.0f, NAN, INFINITY, -INFINITY, 1e-9f};
+  std::mt19937 random(3);
+  while (picture.size() < 3 * 131) picture.push_back(std::ldexp(1.1f * (random() % 4096), -12));
+  std::vector<const ViewLoops*> sets{&ViewLoops::baseline()};
+#if defined(__x86_64__)
+  if (has_avx2()) sets.push_back(&ViewLoops::avx2());
+#endif
+  for (const ViewLoops* loops : sets)
+    for (const int red : {0, 2})
+      for (const int count : {1, 3, 64, 130}) {
+        std::vector<std::uint8_t> pixels(4 * 131, 7);
+        loops->encode(picture.data(), count, linear_to_srgb_table(), red, pixels.data());
+        for (int i = 0; i < count; ++i) {
+          EXPECT_EQ(pixels[4 * i + red], linear_to_srgb(picture[3 * i])) << i;
+          EXPECT_EQ(pixels[4 * i + 1], linear_to_srgb(picture[3 * i + 1])) << i;
+          EXPECT_EQ(pixels[4 * i + 2 - red], linear_to_srgb(picture[3 * i + 2])) << i;
+          EXPECT_EQ(pixels[4 * i + 3], 255);
+        }
+        EXPECT_EQ(pixels[4 * count], 7);
+      }
+}
+
 // A run's place beside a pixel's middle looks up what another run has in its middle.
 TEST(ViewLoops, PlacesMayLieBesideTheMiddles) {
   Picture picture{64, 64, 4, std::vector<std::uint8_t>(64 * 64 * 4, 255)};

@@ -104,6 +104,10 @@ struct ViewLoops {
   void (*add)(const ColourRow& row, const Float4* values, float* picture);
   /// same[i] = whether the eight ids of pixel i, from ids[8 i] on, are alike.
   void (*alike)(const std::uint32_t* ids, int count, std::uint8_t* same);
+  /// Writes \p count pixels of three floats as four bytes each, by linear_to_srgb() with its \p table: red
+  /// at place \p red, 0 or 2, then green and blue or blue and green, and 255.
+  void (*encode)(const float* picture, int count, const std::uint8_t* table, int red,
+                 std::uint8_t* pixels);
 
   static const ViewLoops& baseline();
   static const ViewLoops& avx2();
