@@ -88,7 +88,7 @@ float Keyer::State::doubt() const {
 
 void Keyer::State::find_mixed(int y, std::vector<std::uint8_t>& counts) const {
   const auto blocks = static_cast<std::size_t>(blocks_across(width));
-  const BlockState* const own = keyed.state_row(y);
+  const BlockState* const __restrict own = keyed.state_row(y);
   counts.resize(blocks);
   std::uint8_t* const __restrict to = counts.data();
   for (std::size_t b = 0; b < blocks; ++b) to[b] = own[b] == block_mixed;
@@ -99,13 +99,14 @@ void Keyer::State::find_mixed(int y, std::vector<std::uint8_t>& counts) const {
   const std::size_t beside = static_cast<std::size_t>((reach - 1) / matte_block) + 1;  // blocks
   static thread_local std::vector<std::uint8_t> memory;
   memory.assign(blocks + 2 * beside, 0);
-  std::uint8_t* const __restrict shown = memory.data() + beside;  // 0 beside the picture
+  std::uint8_t* const __restrict around = memory.data();  // asked for once: loops that ask are slow
   for (int row = std::max(y - reach, 0); row <= std::min(y + reach, height - 1); ++row) {
     const BlockState* const other = keyed.state_row(row);
+    std::uint8_t* const shown = around + beside;  // 0 beside the picture
     for (std::size_t b = 0; b < blocks; ++b) shown[b] |= other[b] != block_empty;
   }
   for (std::size_t k = 0; k <= 2 * beside; ++k)
-    for (std::size_t b = 0; b < blocks; ++b) to[b] |= (own[b] == block_empty) & memory[b + k];
+    for (std::size_t b = 0; b < blocks; ++b) to[b] |= (own[b] == block_empty) & around[b + k];
 }
 
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {
