@@ -14,6 +14,9 @@ using silhouette::kernels;
 // Working memory of one thread, kept between rows.
 struct RowMemory {
   std::vector<std::uint8_t> pixels;
+  // Of the row under way, for all of its spans: begin_chroma().
+  silhouette::ChromaRows rows;
+  const std::uint8_t *near_row = nullptr, *far_row = nullptr;  // interleaved pairs
   std::vector<std::uint8_t> near_chroma, far_chroma;
   std::vector<std::int16_t> half, signal;
   void fit(std::size_t length) {
@@ -32,41 +35,42 @@ RowMemory& row_memory(std::size_t length) {
   return memory;
 }
 
-// Chroma samples [c0, c1) of a row as interleaved pairs: NV12's own memory, or gathered.
-const std::uint8_t* chroma_pairs(const FrameView& frame, int row, int c0, int c1,
-                                 std::uint8_t* memory) {
-  if (frame.format == FrameFormat::nv12) return frame.row(1, row) + 2 * c0;
+// A row's \p count chroma samples as interleaved pairs.
+void gather_chroma(const FrameView& frame, int row, int count, std::uint8_t* __restrict pairs) {
   if (frame.format == FrameFormat::i420) {
-    const std::uint8_t* cb = frame.row(1, row);
-    const std::uint8_t* cr = frame.row(2, row);
-    for (int i = c0; i < c1; ++i) {
-      memory[2 * (i - c0)] = cb[i];
-      memory[2 * (i - c0) + 1] = cr[i];
-    }
-    return memory;
+    const std::uint8_t* __restrict cb = frame.row(1, row);
+    const std::uint8_t* __restrict cr = frame.row(2, row);
+    for (int i = 0; i < count; ++i) pairs[2 * i] = cb[i], pairs[2 * i + 1] = cr[i];
+    return;
   }
   const std::uint8_t* from = frame.row(0, row) + (frame.format == FrameFormat::yuy2 ? 1 : 0);
-  for (int i = 2 * c0; i < 2 * c1; ++i) memory[i - 2 * c0] = from[2 * i];
-  return memory;
+  for (int i = 0; i < 2 * count; ++i) pairs[i] = from[2 * i];
 }
 
-// Signals of the chroma samples of columns [x0, x1), x0 even: one for two columns, the ends of the
-// row repeated beside it.
-const std::int16_t* chroma_row(const FrameView& frame, int y, const silhouette::ChromaForms& forms,
-                               int x0, int x1, RowMemory& memory) {
-  const silhouette::ChromaRows rows = silhouette::chroma_rows(frame, y);
+// The chroma between which luma row y lies: NV12's own memory, or gathered.
+void begin_chroma(const FrameView& frame, int y, RowMemory& memory) {
+  const silhouette::ChromaRows& rows = memory.rows = silhouette::chroma_rows(frame, y);
+  const auto pairs = [&](int row, std::vector<std::uint8_t>& gathered) -> const std::uint8_t* {
+    if (frame.format == FrameFormat::nv12) return frame.row(1, row);
+    gather_chroma(frame, row, silhouette::chroma_width(frame), gathered.data());
+    return gathered.data();
+  };
+  memory.near_row = pairs(rows.near_row, memory.near_chroma);
+  memory.far_row =
+      rows.far_row == rows.near_row ? memory.near_row : pairs(rows.far_row, memory.far_chroma);
+}
+
+// Signals of the chroma samples of columns [x0, x1) of the row begun, x0 even: one for two columns, the
+// ends of the row repeated beside it.
+const std::int16_t* chroma_row(const FrameView& frame, const silhouette::ChromaForms& forms, int x0,
+                               int x1, RowMemory& memory) {
   const int available = silhouette::chroma_width(frame);
   // One more sample on each side for the interpolation.
   const int c0 = std::max(x0 / 2 - 1, 0), c1 = std::min((x1 + 1) / 2 + 1, available);
-  const std::uint8_t* near_row =
-      chroma_pairs(frame, rows.near_row, c0, c1, memory.near_chroma.data());
-  const std::uint8_t* far_row =
-      rows.far_row == rows.near_row
-          ? near_row
-          : chroma_pairs(frame, rows.far_row, c0, c1, memory.far_chroma.data());
   std::int16_t* half = memory.half.data() + 8;
-  kernels().chroma_signal(near_row, far_row, rows.near_weight, rows.far_weight, c1 - c0,
-                          forms.weights, forms.offsets, half);
+  kernels().chroma_signal(memory.near_row + 2 * c0, memory.far_row + 2 * c0,
+                          memory.rows.near_weight, memory.rows.far_weight, c1 - c0, forms.weights,
+                          forms.offsets, half);
   half[-1] = half[0];
   half[c1 - c0] = half[c1 - c0 - 1];
   return half + (x0 / 2 - c0);
@@ -133,7 +137,8 @@ const std::int16_t* Keyer::State::signal_row(const FrameView& frame, int y, int 
                                              const RowKey& key) const {
   RowMemory& memory = row_memory(row_length());
   if (path == Path::chroma) {
-    const std::int16_t* half = chroma_row(frame, y, key.chroma, x0, stop, memory);
+    begin_chroma(frame, y, memory);
+    const std::int16_t* half = chroma_row(frame, key.chroma, x0, stop, memory);
     double_row(frame.site, half, (stop - x0 + 1) / 2, memory.signal.data());
     return memory.signal.data();
   }
@@ -159,7 +164,7 @@ void Keyer::State::soft_span(const FrameView& frame, int y, int x0, int end, con
     std::fill(pixels + 4 * (stop - x0), pixels + 4 * (end - x0), 0);
     return run.pixel_alpha(pixels, end - x0, key.forms, key.ramp, alpha, states);
   }
-  const std::int16_t* half = chroma_row(frame, y, key.chroma, x0, stop, memory);
+  const std::int16_t* half = chroma_row(frame, key.chroma, x0, stop, memory);
   if (!silhouette::between_columns(frame.site) && stop == end)
     return run.doubled_alpha(half, end - x0, key.ramp, alpha, states);
   std::int16_t* signal = memory.signal.data();
@@ -179,6 +184,7 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   const silhouette::Kernels& run = kernels();
 
   if (method == KeyMethod::soft && !local) {
+    if (path == Path::chroma) begin_chroma(frame, y, row_memory(row_length()));
     if (first_spans.empty()) return soft_span(frame, y, x0, end, whole, alpha, states);
     const auto row = static_cast<std::size_t>(y / colours.size());
     for (std::size_t i = first_spans[row]; i < first_spans[row + 1]; ++i) {
