@@ -35,6 +35,13 @@ struct CellBox {
   std::uint16_t outline_end = 0;
 };
 
+/// A vertex of marching cubes around which three boxes meet; lengths are as CellRegion's.
+struct BrickCorner {
+  BrickEdge edge;
+  Vec3f point{0.0f}, normal{0.0f};
+  Vec3f slid{0.0f};  ///< where the point moves to
+};
+
 struct Brick {
   static constexpr int cells = 4, nodes = 5, none = 255;
 
@@ -50,11 +57,10 @@ struct Brick {
   std::array<std::uint8_t, 64> box_of{};   ///< of each cell with surface: the box that it lies in
   std::array<float, 192> along{};          ///< own edges' vertices: where on it, 0 to 1
   std::array<std::uint8_t, 192> number{};  ///< among its corners; `none`: left out
-  std::vector<BrickEdge> corners;          ///< the edges of these
-  std::vector<Vec3f> points, normals;      ///< of them; cells from the brick's first node
-  std::vector<Vec3f> slid;                 ///< where the points move to
+  std::vector<BrickCorner> corners;        ///< those on its own edges
   std::vector<std::uint32_t> triangles;    ///< of vertices: 256 times the brick, and its number
   std::vector<std::uint16_t> triangle_ends;  ///< of each of the boxes
+  std::vector<std::uint32_t> turned;         ///< corners of those that a slide turns over
 
   static int cell_index(int x, int y, int z) { return 16 * z + 4 * y + x; }
   static int edge_index(const BrickEdge& e) {

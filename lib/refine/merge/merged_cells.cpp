@@ -103,7 +103,7 @@ void CellMerger::search(const Grid& grid, int z, std::vector<std::int32_t>& foun
     }
 }
 
-/// Its nodes' signs and its cells with surface.
+/// Its nodes' signs, its cells with surface, and the bricks around.
 void CellMerger::fill(const Grid& grid, Brick& brick) const {
   const auto bit = static_cast<std::size_t>(cells * brick.x);
   for (int k = 0; k < Brick::nodes; ++k)
@@ -118,7 +118,7 @@ void CellMerger::fill(const Grid& grid, Brick& brick) const {
     brick.above[side] = static_cast<std::uint32_t>(brick_at(brick.x + x, brick.y + y, brick.z + z));
     brick.below[side] = static_cast<std::uint32_t>(brick_at(brick.x - x, brick.y - y, brick.z - z));
   }
-  brick.active = brick.rims = 0;
+  brick.active = 0;
   brick.refused.clear();
   for (int k = 0; k < cells; ++k)
     for (int j = 0; j < cells; ++j) {
@@ -150,6 +150,7 @@ void CellMerger::find_bricks(const Level& fine, int threads) {
       if (bricks_.size() == count_) bricks_.emplace_back();
       Brick& brick = bricks_[count_];
       brick.x = at % nx_, brick.y = at / nx_ % ny_, brick.z = at / nx_ / ny_;
+      brick.rims = 0;
       grid_[static_cast<std::size_t>(at)] = static_cast<std::int32_t>(count_++);
     }
 }
@@ -167,33 +168,24 @@ void CellMerger::mark_rims(const Grid& grid, const ContactRays& rays, std::uint3
   }
 }
 
-/// Of a brick's own vertices those around which three boxes meet.
-void CellMerger::find_corners(Brick& brick) const {
+/// A brick's own corners, as marching cubes has them.
+void CellMerger::find_corners(const Level& fine, Brick& brick) const {
   brick.corners.clear();
   each_own_edge(brick, [&](const BrickEdge& edge) {
     std::uint32_t boxes[4];
     around(brick, edge, boxes);
     int meet = 0;  // they are convex, so each has neighbouring cells of the four
     for (int i = 0; i < 4; ++i) meet += boxes[i] != boxes[(i + 1) % 4];
-    std::uint8_t& number = brick.number[Brick::own_edge(edge)];
-    number = Brick::none;
+    const int own = Brick::own_edge(edge);
+    brick.number[own] = Brick::none;
     if (meet < 3) return;
-    number = static_cast<std::uint8_t>(brick.corners.size());
-    brick.corners.push_back(edge);
+    brick.number[own] = static_cast<std::uint8_t>(brick.corners.size());
+    const float along = brick.along[own];
+    brick.corners.push_back(
+        {edge, point_of(edge, along),
+         surface_normal(fine.grid, fine.values.data(), cells * brick.x + edge.x,
+                        cells * brick.y + edge.y, cells * brick.z + edge.z, edge.axis, along)});
   });
-}
-
-/// A brick's own corners as marching cubes has them.
-void CellMerger::place_corners(const Level& fine, Brick& brick) const {
-  brick.points.clear();
-  brick.normals.clear();
-  for (const BrickEdge& edge : brick.corners) {
-    const float along = brick.along[Brick::own_edge(edge)];
-    brick.points.push_back(point_of(edge, along));
-    brick.normals.push_back(surface_normal(fine.grid, fine.values.data(), cells * brick.x + edge.x,
-                                           cells * brick.y + edge.y, cells * brick.z + edge.z,
-                                           edge.axis, along));
-  }
 }
 
 /// The vertex on an edge of a brick: its number there times 256 and its own.
@@ -204,12 +196,11 @@ std::uint32_t CellMerger::vertex(const Brick& brick, const BrickEdge& edge) cons
   return 256 * owner + bricks_[owner].number[own];
 }
 
-/// Where a vertex() is, from a brick's first node; \p points: before or after the slide.
-Vec3f CellMerger::point(const Brick& brick, std::vector<Vec3f> Brick::*points,
-                        std::uint32_t vertex) const {
+/// Where a vertex() is, from a brick's first node; \p point: before or after the slide.
+Vec3f CellMerger::point(const Brick& brick, Vec3f BrickCorner::*point, std::uint32_t vertex) const {
   const Brick& owner = bricks_[vertex / 256];
   const Vec3f shift(owner.x - brick.x, owner.y - brick.y, owner.z - brick.z);
-  return (owner.*points)[vertex % 256] + static_cast<float>(cells) * shift;
+  return owner.corners[vertex % 256].*point + static_cast<float>(cells) * shift;
 }
 
 /// The triangles of a brick's boxes, and how far the surface lies outside of them, by the middles of
@@ -228,8 +219,9 @@ bool CellMerger::cut(Brick& brick) const {
         const BrickEdge& edge = Brick::edge_at(index);
         const std::uint32_t v = vertex(brick, edge);
         if (v % 256 != Brick::none)
-          corners.push_back({point(brick, &Brick::points, v), bricks_[v / 256].normals[v % 256],
-                             box.region.faces_at(edge), v});
+          corners.push_back({point(brick, &BrickCorner::point, v),
+                             bricks_[v / 256].corners[v % 256].normal, box.region.faces_at(edge),
+                             v});
       }
       const std::size_t first = brick.triangles.size();
       if (cut_polygon(corners, glm::normalize(box.surface.normal), brick.triangles)) {
@@ -256,7 +248,8 @@ float CellMerger::gap(const Brick& brick, const CellBox& box, std::size_t first)
   float area = 0.0f;
   for (std::size_t t = first; t < brick.triangles.size(); t += 3) {
     Vec3f p[3];
-    for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, &Brick::points, brick.triangles[t + c]);
+    for (std::size_t c = 0; c < 3; ++c)
+      p[c] = point(brick, &BrickCorner::point, brick.triangles[t + c]);
     const float size = glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
     area += size, sum += size / 3.0f * (p[0] + p[1] + p[2]);
   }
@@ -267,8 +260,8 @@ float CellMerger::gap(const Brick& brick, const CellBox& box, std::size_t first)
 
 /// Slides a brick's own corners.
 void CellMerger::slide(Brick& brick) const {
-  brick.slid.clear();
-  for (const BrickEdge& edge : brick.corners) {
+  for (BrickCorner& corner : brick.corners) {
+    const BrickEdge& edge = corner.edge;
     std::uint32_t boxes[4];
     around(brick, edge, boxes);
     Vec3f normal(0.0f);
@@ -282,28 +275,49 @@ void CellMerger::slide(Brick& brick) const {
     const float slope = normal[edge.axis] / std::max(glm::length(normal), 1e-12f);
     const float by = gaps / std::max(area, 1e-12f) /
                      std::copysign(std::max(std::abs(slope), least_along), slope);
-    brick.slid.push_back(point_of(edge, std::clamp(brick.along[Brick::own_edge(edge)] + by,
-                                                   nearest_to_node, 1.0f - nearest_to_node)));
+    corner.slid = point_of(edge, std::clamp(brick.along[Brick::own_edge(edge)] + by,
+                                            nearest_to_node, 1.0f - nearest_to_node));
   }
 }
 
-/// Whether all triangles of merged boxes still face as they should; boxes of others are refused.
-bool CellMerger::keep_facing(Brick& brick) const {
-  bool good = true;
+/// The corners of a brick's triangles that the slide turns over, as vertex() numbers them.
+void CellMerger::find_turned(Brick& brick) const {
+  brick.turned.clear();
   for (std::size_t i = 0; i < brick.triangle_ends.size(); ++i) {
     const CellBox& box = brick.boxes[i];
     if (box.region.is_cell()) continue;
     for (std::size_t t = i == 0 ? 0 : brick.triangle_ends[i - 1]; t < brick.triangle_ends[i];
          t += 3) {
+      const std::uint32_t* corners = &brick.triangles[t];
       Vec3f p[3];
-      for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, &Brick::slid, brick.triangles[t + c]);
-      if (faces(p[0], p[1], p[2], box.surface.normal)) continue;
-      brick.refused.push_back(box.region);
-      good = false;
-      break;
+      for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, &BrickCorner::slid, corners[c]);
+      if (!faces(p[0], p[1], p[2], box.surface.normal))
+        brick.turned.insert(brick.turned.end(), corners, corners + 3);
     }
   }
-  return good;
+}
+
+template <typename Body>
+void CellMerger::each(const Numbers& some, int threads, const Body& body) {
+  parallel_for(some.size(), 32, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(bricks_[some[i]], some[i]);
+  });
+}
+
+/// Takes the slide of corners back until no triangle is turned over: as they were cut, none is.
+void CellMerger::take_back(const Numbers& all, int threads) {
+  for (Numbers some = all; !some.empty();) {
+    each(some, threads, [&](Brick& brick, std::uint32_t) { find_turned(brick); });
+    Numbers moved;
+    for (const std::uint32_t b : some)
+      for (const std::uint32_t v : bricks_[b].turned) {
+        BrickCorner& corner = bricks_[v / 256].corners[v % 256];
+        if (corner.slid == corner.point) continue;
+        corner.slid = corner.point;
+        moved.push_back(v / 256);
+      }
+    some = near(moved, -1, 0);
+  }
 }
 
 CellMerger::Numbers CellMerger::near(const Numbers& some, int first, int last) const {
@@ -325,7 +339,7 @@ void CellMerger::gather(const Level& fine, CellSurface& out, int threads) const 
   std::vector<std::uint32_t> first_point(count_ + 1, static_cast<std::uint32_t>(out.points.size()));
   std::vector<std::size_t> first_corner(count_ + 1, out.triangles.size());
   for (std::size_t b = 0; b < count_; ++b) {
-    first_point[b + 1] = first_point[b] + static_cast<std::uint32_t>(bricks_[b].points.size());
+    first_point[b + 1] = first_point[b] + static_cast<std::uint32_t>(bricks_[b].corners.size());
     first_corner[b + 1] = first_corner[b] + bricks_[b].triangles.size();
   }
   out.points.resize(first_point.back());
@@ -336,9 +350,10 @@ void CellMerger::gather(const Level& fine, CellSurface& out, int threads) const 
     for (std::size_t b = begin; b < end; ++b) {
       const Brick& brick = bricks_[b];
       const Vec3f low = grid.position(cells * brick.x, cells * brick.y, cells * brick.z);
-      for (std::size_t i = 0; i < brick.slid.size(); ++i)
-        out.points[first_point[b] + i] = low + grid.cell * brick.slid[i];
-      std::copy(brick.normals.begin(), brick.normals.end(), out.normals.data() + first_point[b]);
+      for (std::size_t i = 0; i < brick.corners.size(); ++i) {
+        out.points[first_point[b] + i] = low + grid.cell * brick.corners[i].slid;
+        out.normals[first_point[b] + i] = brick.corners[i].normal;
+      }
       for (std::size_t i = 0; i < brick.triangles.size(); ++i)
         out.triangles[first_corner[b] + i] =
             first_point[brick.triangles[i] / 256] + brick.triangles[i] % 256;
@@ -349,35 +364,34 @@ void CellMerger::gather(const Level& fine, CellSurface& out, int threads) const 
 void CellMerger::march(const Level& fine, const ContactRays& rays, std::uint32_t part,
                        const Flatness& flatness, CellSurface& out, int threads) {
   find_bricks(fine, threads);
+  mark_rims(fine.grid, rays, part);
   Numbers all(count_);
   std::iota(all.begin(), all.end(), 0u);
-  const auto each = [&](const Numbers& some, const auto& body) {
-    parallel_for(some.size(), 32, threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) body(bricks_[some[i]], some[i]);
-    });
-  };
-  each(all, [&](Brick& brick, std::uint32_t) { fill(fine.grid, brick); });
-  mark_rims(fine.grid, rays, part);
   // A brick's own corners depend on its boxes and on those of the bricks below, its triangles on the
-  // corners of the bricks above: so far reaches what is merged anew.
+  // corners of the bricks above: so far reaches what is merged anew. All bricks are more than the nearest
+  // caches hold: each walk over them does what it can.
   std::vector<std::uint8_t> good(count_);
-  Numbers failed = all, own = all, cut_again = all, slid = all, beyond = all;
+  bool filled = false;
+  Numbers failed = all, own = all, cut_again = all;
   while (!failed.empty()) {
     parallel_for(failed.size(), 32, threads, [&](std::size_t begin, std::size_t end) {
       BrickMerger merger;
-      for (std::size_t i = begin; i < end; ++i) merger.merge(bricks_[failed[i]], fine, flatness);
+      for (std::size_t i = begin; i < end; ++i) {
+        Brick& brick = bricks_[failed[i]];
+        if (!filled) fill(fine.grid, brick);
+        merger.merge(brick, fine, flatness);
+      }
     });
-    each(own, [&](Brick& brick, std::uint32_t) { find_corners(brick); });
-    each(own, [&](Brick& brick, std::uint32_t) { place_corners(fine, brick); });
-    each(cut_again, [&](Brick& brick, std::uint32_t b) { good[b] = cut(brick); });
-    each(slid, [&](Brick& brick, std::uint32_t) { slide(brick); });
-    each(beyond, [&](Brick& brick, std::uint32_t b) { good[b] &= keep_facing(brick); });
+    filled = true;
+    each(own, threads, [&](Brick& brick, std::uint32_t) { find_corners(fine, brick); });
+    each(cut_again, threads, [&](Brick& brick, std::uint32_t b) { good[b] = cut(brick); });
     failed.clear();
-    for (const std::uint32_t b : beyond)
+    for (const std::uint32_t b : cut_again)
       if (!good[b]) failed.push_back(b);
     own = near(failed, 0, 1), cut_again = near(failed, -1, 1);
-    slid = near(failed, -1, 2), beyond = near(failed, -2, 2);
   }
+  each(all, threads, [&](Brick& brick, std::uint32_t) { slide(brick); });
+  take_back(all, threads);
   gather(fine, out, threads);
 }
 

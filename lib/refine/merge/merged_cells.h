@@ -25,7 +25,8 @@
 /// apart again.
 ///
 /// Flat polygons with their corners on a convex surface lie inside of it. So the corners slide along
-/// the grid's edges, where they stay corners, outwards by the mean gap of the boxes around.
+/// the grid's edges, where they stay corners, outwards by the mean gap of the boxes around, but where
+/// that would turn a triangle over.
 ///
 /// Boxes keep to bricks of four cells along each axis, so bricks are merged by themselves, on any
 /// number of threads.
@@ -57,17 +58,20 @@ class CellMerger {
   void mark_rims(const Grid& grid, const ContactRays& rays, std::uint32_t part);
   std::int32_t brick_at(int x, int y, int z) const;
   std::uint32_t vertex(const Brick& brick, const BrickEdge& edge) const;
-  Vec3f point(const Brick& brick, std::vector<Vec3f> Brick::*points, std::uint32_t vertex) const;
+  Vec3f point(const Brick& brick, Vec3f BrickCorner::*point, std::uint32_t vertex) const;
   /// A number for the box that cell (x, y, z) of \p brick lies in, -1 to 3 along each axis.
   std::uint32_t box_at(const Brick& brick, int x, int y, int z) const;
   void around(const Brick& brick, const BrickEdge& edge, std::uint32_t (&boxes)[4]) const;
 
-  void find_corners(Brick& brick) const;
-  void place_corners(const Level& fine, Brick& brick) const;
+  void find_corners(const Level& fine, Brick& brick) const;
   bool cut(Brick& brick) const;
   float gap(const Brick& brick, const CellBox& box, std::size_t first) const;
   void slide(Brick& brick) const;
-  bool keep_facing(Brick& brick) const;
+  void find_turned(Brick& brick) const;
+  void take_back(const Numbers& all, int threads);
+  /// Calls body(brick, its number) for some bricks, on some threads.
+  template <typename Body>
+  void each(const Numbers& some, int threads, const Body& body);
   /// The bricks that are \p first to \p last bricks from those of \p some, along each axis.
   Numbers near(const Numbers& some, int first, int last) const;
   void gather(const Level& fine, CellSurface& out, int threads) const;
