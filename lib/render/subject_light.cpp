@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "base/thread_pool.h"
+#include "raytrace/sampling.h"
 #include "raytrace/traced_scene.h"
 #include "render/light_samples.h"
 
@@ -22,10 +25,91 @@ const Vec3f stage_middle(0.0f, 1.0f, 0.0f);
 /// Phi at points of a scene.
 class Irradiance {
  public:
-  Irradiance(const RenderFrame& frame, const RayCaster& caster) : frame_(frame), caster_(caster) {}
+  Irradiance(const RenderFrame& frame, const TracedScene& scene) : frame_(frame), scene_(scene) {
+    for (const Light& light : frame.lights) {
+      const Vec3f power = light_power(light);
+      powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) + power.x + power.y + power.z);
+    }
+  }
+
+  /// What surfaces and the sky give there.
+  Vec3f indirect(const Vec3f& point) const { return look_around(point).indirect; }
 
   Vec3f at(const Vec3f& point) const {
-    Vec3f sum = frame_.ambient;
+    const Around around = look_around(point);
+    if (!around.within) return around.indirect + direct(point);
+    // A place within a body counts as the nearest one out of it.
+    return look_around(around.out).indirect + direct(around.out);
+  }
+
+ private:
+  static constexpr int ways = 64;
+
+  struct Around {
+    Vec3f indirect{0.0f};
+    bool within = false;  // a closed body
+    Vec3f out{0.0f};      // then, the nearest place out of it
+  };
+
+  /// What surfaces and the sky send there from all sides.
+  Around look_around(const Vec3f& point) const {
+    rays_.resize(ways);
+    hits_.resize(ways);
+    for (std::size_t i = 0; i < ways; ++i) {
+      const Vec2f at = sample_point(static_cast<std::uint32_t>(i), 1u);
+      const float up = 2.0f * at.x - 1.0f, angle = 2.0f * std::numbers::pi_v<float> * at.y;
+      const float flat = std::sqrt(std::max(0.0f, 1.0f - up * up));
+      rays_[i] = {point, 0.0f, {flat * std::cos(angle), up, flat * std::sin(angle)}};
+    }
+    scene_.caster().intersect(rays_, hits_, false);
+    Around out;
+    int backs = 0;
+    float nearest = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < ways; ++i) {
+      const RayHit& hit = hits_[i];
+      if (!hit.hit()) {
+        out.indirect += frame_.sky;
+        continue;
+      }
+      const Surface at = scene_.plain_surface(rays_[i], hit);
+      backs += at.back && !at.material->double_sided;
+      if (hit.distance < nearest) {
+        nearest = hit.distance;
+        out.out = point + (hit.distance + 0.02f) * rays_[i].direction;
+      }
+      out.indirect += sent(at, hit, rays_[i].direction, static_cast<std::uint32_t>(i));
+    }
+    out.indirect *= std::numbers::pi_v<float> / static_cast<float>(ways);
+    out.within = backs > ways * 3 / 4;
+    return out;
+  }
+
+  /// The light of the lamps that a surface scatters against \p direction, from one of their places.
+  Vec3f sent(const Surface& at, const RayHit& hit, const Vec3f& direction,
+             std::uint32_t number) const {
+    Vec3f out = at.light < 0 ? at.emission : Vec3f(0.0f);
+    if (powers_.empty() || !(powers_.back() > 0.0f)) return out;
+    // One lamp, the stronger the likelier.
+    const Vec2f which = sample_point(number, 2u);
+    const auto lamp = std::min<std::ptrdiff_t>(
+        std::upper_bound(powers_.begin(), powers_.end(), which.x * powers_.back()) -
+            powers_.begin(),
+        std::ssize(powers_) - 1);
+    const auto chosen = static_cast<std::size_t>(lamp);
+    const float share =
+        (powers_[chosen] - (chosen > 0 ? powers_[chosen - 1] : 0.0f)) / powers_.back();
+    if (!(share > 0.0f)) return out;
+    Vec3f scattered = scene_.base_colour(hit) / std::numbers::pi_v<float>;
+    if (at.material->is_mirror())
+      scattered *= (Vec3f(1.0f) - fresnel(at.material->f0(), -glm::dot(direction, at.normal))) *
+                   (1.0f - at.material->metallic);
+    return out + scattered / share *
+                     light_sample(scene_, frame_.lights[chosen], sample_point(number, 3u),
+                                  at.point + scene_.epsilon() * at.geometric, at.normal);
+  }
+
+  Vec3f direct(const Vec3f& point) const {
+    Vec3f sum(0.0f);
     for (const Light& light : frame_.lights) {
       const Given few = from(light, point, 4);
       // Where some of its places are hidden, more are asked.
@@ -35,7 +119,6 @@ class Irradiance {
     return sum;
   }
 
- private:
   struct Given {
     Vec3f irradiance{0.0f};
     int hidden = 0, places = 0;
@@ -48,7 +131,7 @@ class Irradiance {
     blocked_.resize(places.size());
     for (std::size_t i = 0; i < places.size(); ++i)
       rays_[i] = {point, 0.0f, Vec3f(places[i]) - point, 1.0f - 1e-4f};
-    caster_.occluded(rays_, blocked_);
+    scene_.caster().occluded(rays_, blocked_);
     Given out;
     out.places = static_cast<int>(places.size());
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -66,11 +149,14 @@ class Irradiance {
   }
 
   const RenderFrame& frame_;
-  const RayCaster& caster_;
+  const TracedScene& scene_;
+  std::vector<float> powers_;  // of the lights up to each
   static thread_local std::vector<Ray> rays_;
+  static thread_local std::vector<RayHit> hits_;
   static thread_local std::vector<std::uint8_t> blocked_;
 };
 thread_local std::vector<Ray> Irradiance::rays_;
+thread_local std::vector<RayHit> Irradiance::hits_;
 thread_local std::vector<std::uint8_t> Irradiance::blocked_;
 
 /// Nodes lie at the middles of cells, so that none is in a floor at a round height.
@@ -112,13 +198,17 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
                                                          const RenderFrame& frame,
                                                          const TracedScene& scene) {
   found_ = 0;
-  if (scene_ != frame.scene || lights_ != frame.lights || ambient_ != frame.ambient) {
+  if (scene_ != frame.scene || lights_ != frame.lights || ambient_ != frame.ambient ||
+      sky_ != frame.sky) {
     scene_ = frame.scene;
     lights_ = frame.lights;
     ambient_ = frame.ambient;
+    sky_ = frame.sky;
     nodes_.clear();
     lattices_.clear();
-    stage_ = Irradiance(frame, scene.caster()).at(stage_middle);
+    const Irradiance irradiance(frame, scene);
+    rest_ = glm::max(frame.ambient - irradiance.indirect(stage_middle), Vec3f(0.0f));
+    stage_ = irradiance.at(stage_middle) + rest_;
   }
   if (!(std::max({stage_.x, stage_.y, stage_.z}) > 0.0f)) return nullptr;
   const Part part = part_around(bounds_of(subject.points));
@@ -182,11 +272,12 @@ LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
           missing.push_back({x, y, z});
       }
   found_ = missing.size();
-  const Irradiance irradiance(frame, scene.caster());
+  const Irradiance irradiance(frame, scene);
   parallel_for(missing.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto& [x, y, z] = missing[i];
-      const Vec3f here = irradiance.at(place_of(first[0] + x, first[1] + y, first[2] + z, cell));
+      const Vec3f here =
+          irradiance.at(place_of(first[0] + x, first[1] + y, first[2] + z, cell)) + rest_;
       for (int c = 0; c < 3; ++c)
         at(x, y, z)[c] = stage_[c] > 0.0f ? std::min(here[c] / stage_[c], brightest) : 1.0f;
     }

@@ -7,9 +7,13 @@
 ///   f(x) = Phi(x) / Phi(x_0), by channel, at most 4,
 /// Phi the irradiance of a surface at x, averaged over all its orientations (a quarter of the fluence
 /// rate), so that f has no part in the body's own shading:
-///   Phi(x) = E_ambient + sum over lights of mean over their places p of V(x, p) I(p, x) / (4 |x - p|^2)
+///   Phi(x) = sum over lights of mean over their places p of V(x, p) I(p, x) / (4 |x - p|^2)
+///            + pi times the mean over all directions of L_1 + E_rest
 /// V 1 where nothing of the scene lies between and else 0, I what the light would send from p towards x
-/// (W/sr), and x_0 a metre above the scene's origin.
+/// (W/sr), L_1 what the surface seen from x scatters of the lights (one bounce, as scenesrc has it) or the
+/// sky, E_rest by how much the announced ambient light is more than the second term at x_0, and x_0 a metre
+/// above the scene's origin. Where nearly all that is seen from x are backs of surfaces, x lies within a body
+/// (furniture), and the nearest place out of it counts.
 ///
 /// Phi is found at the nodes of a lattice that is fixed in the scene and kept there, so that a subject
 /// that walks asks for few new ones, and one that stands still for none of its lattice; between nodes f is linear. Below half a cell over a subject's lowest
@@ -67,7 +71,8 @@ class SubjectLight {
 
   std::shared_ptr<const Scene> scene_;
   std::vector<Light> lights_;
-  Vec3f ambient_{0.0f}, stage_{0.0f};                                           // stage_: Phi(x_0)
+  Vec3f ambient_{0.0f}, sky_{0.0f};
+  Vec3f rest_{0.0f}, stage_{0.0f};                                              // E_rest, Phi(x_0)
   std::unordered_map<Node, Vec3f, Hash> nodes_;                                 // f
   std::vector<std::pair<Part, std::shared_ptr<const LightLattice>>> lattices_;  // the latest first
   std::size_t found_ = 0;

@@ -198,7 +198,6 @@ int main(int argc, char** argv) {
   frame.scene = scene;
   frame.lights = scene->lights;
   frame.exposure = scene->exposure;
-  frame.ambient = Vec3f(0.5f);
   const auto many = static_cast<std::uint32_t>(paths);
   const Vec3f stage = truth.irradiance({0, 1, 0}, Vec3f(0.0f), 64 * many);
   SubjectLight light;

@@ -35,6 +35,13 @@ SceneMesh wall(const Vec3f& centre, const Vec3f& u, const Vec3f& v) {
   return out;
 }
 
+/// What scatters nothing.
+Material black() {
+  Material out;
+  out.base_colour = Vec3f(0.0f);
+  return out;
+}
+
 double over_square(const Vec3& from, const Vec3& to) {
   const Vec3 way = to - from;
   return 1.0 / glm::dot(way, way);
@@ -48,7 +55,7 @@ TEST_P(SubjectLightPictureTest, FallsWithTheDistanceAndInTheWallsShadow) {
   const Vec3 lamp(0.0, 1.2, 3.0);
   const Vec3f power(6.0f, 5.0f, 4.0f), ambient(0.25f, 0.1f, 0.05f);
   for (const bool shadowed : {false, true}) {
-    Scene scene = floor_scene({}, point_lamp(Vec3f(lamp), power));
+    Scene scene = floor_scene(black(), point_lamp(Vec3f(lamp), power));
     // Keeps all that lies at x < -0.25, some way behind it, from the lamp, and the stage's middle not.
     if (shadowed) scene.meshes.push_back(wall({-1.06f, 1.2f, 2.5f}, {1.0f, 0, 0}, {0, 1.2f, 0}));
     const Mesh box = plain_box({-0.9f, 0.1f, -0.6f}, {0.9f, 0.9f, 0.2f}, 0.5f);
@@ -104,7 +111,57 @@ Scene lit_by_area(const Vec3f& centre) {
   Light lamp = point_lamp(centre, Vec3f(20.0f));
   lamp.u = {0.3f, 0, 0};
   lamp.v = {0, 0, 0.3f};  // down
-  return floor_scene({}, lamp);
+  return floor_scene(black(), lamp);
+}
+
+// Far below a lamp a floor sends up what it scatters: at its end there is less of that.
+TEST(SubjectLight, HasTheLightThatSurfacesScatter) {
+  Material red;
+  red.base_colour = {0.8f, 0.2f, 0.1f};
+  Stage stage(floor_scene(red, point_lamp({0, 3000, 0}, Vec3f(9e6f))), {2.9f, 0.1f, -0.3f},
+              {4.6f, 1.8f, 0.3f});
+  const auto lattice = stage.find();
+  ASSERT_TRUE(lattice);
+  std::mt19937 random(5);
+  std::normal_distribution<float> any(0.0f, 1.0f);
+  const auto light = [&](const Vec3f& point,
+                         int channel) {  // by its irradiance from straight above
+    int met = 0;
+    constexpr int rays = 4000;
+    for (int i = 0; i < rays; ++i)
+      met +=
+          stage.traced->caster().occluded({point, 0.0f, {any(random), any(random), any(random)}});
+    return 0.25 + red.base_colour[channel] * met / rays;
+  };
+  for (const Vec3f& point : {Vec3f(3.0f, 0.4f, 0), Vec3f(3.7f, 1.0f, 0), Vec3f(4.4f, 0.6f, 0.2f)}) {
+    const Vec3f found = lattice->at((point - lattice->origin) / lattice->cell);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(found[c], light(point, c) / light(Vec3f(middle), c), 0.07) << point.x << " " << c;
+  }
+}
+
+// Beside furniture, in which some of the points are that the light is found at, it is as bright as
+// elsewhere.
+TEST(SubjectLight, IsNotDarkerBesideFurniture) {
+  const Vec3 lamp(0, 6, 0);
+  Scene scene = floor_scene(black(), point_lamp(Vec3f(lamp), Vec3f(30.0f)));
+  Hull cupboard;
+  synthetic::add_box(cupboard, {0.53f, 0.0f, -0.5f}, {1.2f, 1.03f, 0.5f});
+  SceneMesh mesh;
+  mesh.positions = cupboard.vertices;
+  mesh.triangles = cupboard.triangles;
+  for (const Vec3f& p : mesh.positions)
+    mesh.normals.push_back(glm::normalize(p - Vec3f(0.86f, 0.5f, 0)));
+  scene.meshes.push_back(mesh);
+  Stage stage(std::move(scene), {0.1f, 0.05f, -0.3f}, {0.9f, 1.6f, 0.3f});
+  const auto lattice = stage.find();
+  ASSERT_TRUE(lattice);
+  for (const Vec3f& point :
+       {Vec3f(0.51f, 0.9f, 0), Vec3f(0.5f, 0.5f, 0.1f), Vec3f(0.8f, 1.05f, 0)}) {
+    const double expected = over_square(Vec3(point), lamp) / over_square(middle, lamp);
+    const Vec3f found = lattice->at((point - lattice->origin) / lattice->cell);
+    EXPECT_NEAR(found.x, expected, 0.06) << point.x << " " << point.y;
+  }
 }
 
 // Across the soft border of a shadow the lattice is where a thousand rays say.
