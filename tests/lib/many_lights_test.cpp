@@ -50,8 +50,7 @@ TEST_P(ManyLightsTest, EachLampTakesItsOwnColour) {
       const Light lamp = point_lamp(Vec3f(places[i]), Vec3f(powers[i]));
       scene.lights.push_back(kind == "point" ? lamp : spread(lamp, kind == "spot"));
     }
-    for (const ShadowQuality quality :
-         {ShadowQuality::hard, ShadowQuality::fast, ShadowQuality::good, ShadowQuality::best}) {
+    for (const ShadowQuality quality : {ShadowQuality::hard, ShadowQuality::good}) {
       Shot shot(scene, plate, synthetic::look_at({0, 0.5, 2.5}, {0, 0, 0}, 320, 160, 50.0));
       shot.settings.shadow = quality;
       const double background = shot.draw(0.5f);
