@@ -152,9 +152,15 @@ void send_at_once(GstElement* element) {
   gst_element_set_clock(source.get(), nullptr);
 }
 
+/// The pipeline has given all its elements the clock, and a live source begins to send after this.
+GstStateChangeReturn change_state(GstElement* element, GstStateChange transition) {
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING) send_at_once(element);
+  return GST_ELEMENT_CLASS(parent_class<SteadyStamp>())->change_state(element, transition);
+}
+
 gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
   SteadyStamp& self = state_of<SteadyStamp>(base);
-  // It comes before the source's first frame, in its thread.
+  // Of a source that was put before an element that plays already.
   if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) send_at_once(GST_ELEMENT(base));
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) self.flushed = true;
   return GST_BASE_TRANSFORM_CLASS(parent_class<SteadyStamp>())->sink_event(base, event);
@@ -173,6 +179,7 @@ void SteadyStamp::class_init(gpointer klass) {
                "Puts a camera's own times onto the pipeline's clock");
   add_template(klass, "sink", GST_PAD_SINK, "ANY");
   add_template(klass, "src", GST_PAD_SRC, "ANY");
+  GST_ELEMENT_CLASS(klass)->change_state = change_state;
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->start = start;
   base_class->sink_event = sink_event;

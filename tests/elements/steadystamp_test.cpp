@@ -98,6 +98,45 @@ GST_START_TEST(test_begins_anew) {
 }
 GST_END_TEST
 
+/// A test source that counts as aravissrc, in place of one that is installed.
+void register_camera() {
+  GstElementFactory* factory = gst_element_factory_find("videotestsrc");
+  gst_object_unref(gst_object_ref_sink(gst_element_factory_create(factory, nullptr)));  // loads it
+  GTypeQuery parent;
+  g_type_query(g_type_from_name("GstVideoTestSrc"), &parent);
+  const GType type =
+      g_type_register_static_simple(parent.type, "TestAravisSrc", parent.class_size, nullptr,
+                                    parent.instance_size, nullptr, static_cast<GTypeFlags>(0));
+  fail_unless(gst_element_register(nullptr, "aravissrc", GST_RANK_NONE, type));
+  gst_object_unref(factory);
+}
+
+// aravissrc would hold its frames back by its clock, which each start of the pipeline gives it.
+GST_START_TEST(test_aravissrc_sends_at_once) {
+  register_camera();
+  for (const bool timestamps : {false, true}) {
+    GstElement* pipeline = gst_parse_launch(
+        timestamps ? "aravissrc name=camera is-live=true do-timestamp=true ! identity ! "
+                     "steadystamp ! fakesink"
+                   : "aravissrc name=camera is-live=true ! identity ! steadystamp ! fakesink",
+        nullptr);
+    GstElement* camera = gst_bin_get_by_name(GST_BIN(pipeline), "camera");
+    for (int start = 0; start < 2; ++start) {
+      gst_element_set_state(pipeline, GST_STATE_PLAYING);
+      fail_unless_equals_int(gst_element_get_state(pipeline, nullptr, nullptr, 10 * GST_SECOND),
+                             GST_STATE_CHANGE_SUCCESS);
+      GstClock* clock = gst_element_get_clock(camera);
+      fail_unless((clock != nullptr) == timestamps);
+      if (clock != nullptr) gst_object_unref(clock);
+      gst_element_set_state(pipeline, GST_STATE_PAUSED);
+    }
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(camera);
+    gst_object_unref(pipeline);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(test_states) {
   check_states("rigtestsrc num-buffers=3 is-live=true ! steadystamp settle=0 ! fakesink", 10);
 }
@@ -110,6 +149,7 @@ static Suite* steadystamp_suite() {
   tcase_add_test(tests, test_documented);
   tcase_add_test(tests, test_frames_that_were_held_up_have_their_time);
   tcase_add_test(tests, test_begins_anew);
+  tcase_add_test(tests, test_aravissrc_sends_at_once);
   tcase_add_test(tests, test_states);
   return suite;
 }
