@@ -28,13 +28,15 @@ polyhull_configure "$polyhull_build" -Dbuildtype=release -Dtests=true -Dcalibrat
 
 logs=$polyhull_build/meson-logs
 good=true
+second=()  # tests that had a second try
 # run_tests LOG-NAME MESON-TEST-ARGUMENT...: one more at once than there are processors, as some of them wait.
 run_tests() {
   meson test -C "$polyhull_build" --num-processes $(($(nproc) + 1)) --print-errorlogs --logbase "$@" || good=false
 }
 
 # run_suite LOG-NAME PATTERN MESON-TEST-ARGUMENT...: those of real time, whose names have PATTERN, come last and two at a
-# time: they need a machine that is not busy, and do little. One that fails has a second try, alone.
+# time: they need a machine that is not busy, and do little. One that fails has a second try, alone, but for what the
+# sanitizers find.
 run_suite() {
   local name=$1 pattern=$2 timed failed test
   shift 2
@@ -47,7 +49,13 @@ run_suite() {
   export name polyhull_build
   failed=$(xargs -P 2 -I{} bash -c 'run_timed "$@" || echo "$1"' run_timed {} "$@" <<<"$timed")
   for test in $failed; do
+    if [ "$name" = sanitized ]; then
+      good=false
+      continue
+    fi
     say "once more, alone: $test"
+    mv "$logs/$name-$test.txt" "$logs/first-$test.txt" || true
+    second+=("$test")
     run_timed "$test" "$@" || good=false
   done
 }
@@ -55,6 +63,7 @@ run_suite() {
 # finish LOG...: the summary, and the status.
 finish() {
   say "$((SECONDS / 60)) min $((SECONDS % 60)) s; logs: $logs"
+  [ ${#second[@]} -eq 0 ] || say "had a second try, alone (first-NAME.txt is the first): ${second[*]}"
   $good || echo "meson test has failed: see above"  # with tests that failed, or before it ran them
   "$polyhull_source/tests/summary.py" "$@" && $good
 }
@@ -81,9 +90,14 @@ sanitized=$polyhull_source/build-sanitize
 polyhull_configure "$sanitized" -Dtests=true -Dsanitize=true -Dcalibration=enabled -Dbuildtype=plain \
   -Doptimization=1 -Db_ndebug=false -Db_lundef=false
 say "building the libraries and elements with the sanitizers"
-ninja -C "$sanitized" sanitized ${POLYHULL_LONG:+sanitized-long}
-say "running the library and element tests on them, $SECONDS s from the start"
-export POLYHULL_SANITIZED=$sanitized
-run_suite sanitized element- --suite lib --suite elements --suite stress --timeout-multiplier 4 \
-  --wrapper "$polyhull_source/tests/sanitized.sh"
-finish "$logs"/{plain,sanitized}*.json
+if ninja -C "$sanitized" sanitized ${POLYHULL_LONG:+sanitized-long}; then
+  say "running the library and element tests on them, $SECONDS s from the start"
+  export POLYHULL_SANITIZED=$sanitized
+  run_suite sanitized element- --suite lib --suite elements --suite stress --timeout-multiplier 4 \
+    --wrapper "$polyhull_source/tests/sanitized.sh"
+else
+  good=false
+  rm -f "$logs"/sanitized*
+fi
+mapfile -t results < <(compgen -G "$logs/plain*.json"; compgen -G "$logs/sanitized*.json")
+finish "${results[@]}"
