@@ -13,6 +13,8 @@ def included(headers):
     found, left = set(), list(headers)
     while left:
         header = left.pop()
+        if header in headers and not (LIB / header).is_file():
+            sys.exit(f"there is no header {LIB / header}")
         if header not in found and (LIB / header).is_file():
             found.add(header)
             left += re.findall(r'^#include "([^"]+)"', (LIB / header).read_text(), re.M)
