@@ -167,6 +167,9 @@ cv::FileNode OpenCvFile::node_of(Names names, const std::string& label) const {
   for (const char* name : names)
     if (label.empty() && !storage_[name].empty()) return found(storage_[name]);
   for (const char* name : names)
+    for (const std::string& spelt : {std::string(name) + "_" + label, name + label})
+      if (!label.empty() && !storage_[spelt].empty()) return found(storage_[spelt]);
+  for (const char* name : names)
     for (const cv::FileNode& node : storage_.root()) {
       if (label.empty() ? name[1] == '\0' : is_number(node)) continue;  // k1 is a number, K1 none
       const std::string plain = plain_name(node.name());
