@@ -30,6 +30,7 @@ class Irradiance {
       const Vec3f power = light_power(light);
       powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) + power.x + power.y + power.z);
     }
+    turned_ = look_around(stage_middle).within;
   }
 
   /// What surfaces and the sky give there.
@@ -37,7 +38,7 @@ class Irradiance {
 
   Vec3f at(const Vec3f& point) const {
     const Around around = look_around(point);
-    if (!around.within) return around.indirect + direct(point);
+    if (!around.within || turned_) return around.indirect + direct(point);
     // A place within a body counts as the nearest one out of it.
     return look_around(around.out).indirect + direct(around.out);
   }
@@ -151,6 +152,7 @@ class Irradiance {
   const RenderFrame& frame_;
   const TracedScene& scene_;
   std::vector<float> powers_;  // of the lights up to each
+  bool turned_ = false;        // the room itself shows the backs of its surfaces
   static thread_local std::vector<Ray> rays_;
   static thread_local std::vector<RayHit> hits_;
   static thread_local std::vector<std::uint8_t> blocked_;
