@@ -103,7 +103,7 @@ uniform sampler2D normals;  // and 1/z
 float share_taken(ivec2 pixel, vec3 taken) {
   vec4 own = texelFetch(surface, pixel, 0);
   // Metal scatters nothing, so the shadow is not seen on it.
-  if (own.a == 0.0 || own.rgb * taken == vec3(0.0)) return 0.0;
+  if (own.a == 0.0 || own.rgb == vec3(0.0) || taken == vec3(0.0)) return 0.0;
   vec3 way = (float(pixel.x) * ray_x + float(pixel.y) * ray_y + ray_0) / abs(own.a);
   vec3 normal = normalize(texelFetch(normals, pixel, 0).xyz);
   // Of a grey surface: on a coloured one it is the same, and black alone has no colour to say more.
