@@ -197,7 +197,7 @@ TEST_P(FillTest, TheMainLampCountsBehindOthers) {
   const Picture alone = drawn();
   Light dark = lights.at(0);
   dark.radiance = Vec3f(0.0f);
-  stage().frame.lights.insert(stage().frame.lights.begin(), 8, dark);
+  stage().frame.lights.insert(stage().frame.lights.begin(), 40, dark);
   const Picture behind = drawn();
   stage().frame.lights = lights;
   EXPECT_TRUE(behind.pixels == alone.pixels);
