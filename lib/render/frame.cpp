@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "render/shadow_recipe.h"
 #include "render/subject/soft_edge.h"
 #include "scene/drawable.h"
 
@@ -13,6 +14,9 @@ namespace polyhull {
 namespace {
 
 constexpr double near_plane = 0.05;  // metres
+/// Places at which shadows are kept, of all lights together, some 70 bytes each: the strongest lights
+/// that fit are drawn.
+constexpr double most_shadow_places = 32e6;
 
 /// Adds where the edges of \p scene lie in the circular cone from \p source around \p box: there the
 /// light leaves the scene between the rays through the box's corners.
@@ -141,8 +145,10 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
                   const Bounds& everything, RenderPlan& plan) {
   const Mirror* mirror = settings.mirror == MirrorMode::fresnel ? mirror_of(frame, plan) : nullptr;
   const Rectangle whole{0, 0, frame.width, frame.height};
+  double places = 0.0;  // of all lights' grids
   for (ShadowLight& light :
        find_shadow_lights(frame.lights, frame.exposure, people, !settings.skip)) {
+    if (!light.idle) plan.blocked_lights.push_back(light.light);
     const std::vector<Vec3> volume = shadow_volume(frame.lights[light.light], people, everything);
     light.seen = screen_rectangle(volume, plan.clip_from_scene, frame.width, frame.height);
     if (mirror)
@@ -156,6 +162,10 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
       if (!light.in_mirror.empty()) light.in_mirror = whole;
     }
     if (light.seen.empty() && light.in_mirror.empty()) continue;
+    const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
+    const double own = static_cast<double>(frame.width) * frame.height / (step * step);
+    if (!plan.lights.empty() && places + own > most_shadow_places) continue;
+    places += own;
     plan.shadow = bounding(plan.shadow, light.seen);
     plan.mirror_shadow = bounding(plan.mirror_shadow, light.in_mirror);
     plan.lights.push_back(light);

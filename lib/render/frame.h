@@ -122,6 +122,9 @@ struct RenderPlan {
   Rectangle mirror_shadow;  ///< where the mirror may show the shadow
   std::vector<ShadowLight>
       lights;  ///< those whose shadows are drawn; `shadow` and so on bound theirs
+  /// The lights that subjects can block, whether their shadows are in the picture or not: of all these
+  /// together the renderers keep what is taken as a share.
+  std::vector<std::size_t> blocked_lights;
   std::size_t lights_skipped = 0;  ///< of RenderFrame::lights: their shadows cannot be seen
   int mirror_index = -1;           ///< into Scene::mirrors
   Rectangle changed() const {

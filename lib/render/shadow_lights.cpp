@@ -57,7 +57,12 @@ double most_taken(const Light& light, const Bounds& box) {
 
 std::vector<ShadowLight> find_shadow_lights(std::span<const Light> lights, float exposure,
                                             const Bounds& box, bool all) {
-  const Vec3 middle = 0.5 * (box.min + box.max);
+  // The box's middle and those of its faces: a lamp may shine on one end of it alone.
+  std::vector<Vec3> places(7, 0.5 * (box.min + box.max));
+  for (int axis = 0; axis < 3; ++axis) {
+    places[1 + 2 * axis][axis] = box.min[axis];
+    places[2 + 2 * axis][axis] = box.max[axis];
+  }
   struct Candidate {
     std::size_t light;
     double taken, given;
@@ -68,8 +73,11 @@ std::vector<ShadowLight> find_shadow_lights(std::span<const Light> lights, float
     const bool any = next.taken > 0.0;
     if (!any && !all) continue;
     if (!any) next.taken = 0.0;  // and not no number
-    const double given = any ? light_given(lights[i], middle) : 0.0;
-    next.given = given < most_given ? given : most_given;
+    if (any)
+      for (const Vec3& place : places) {
+        const double given = light_given(lights[i], place);
+        next.given = std::max(next.given, given < most_given ? given : most_given);
+      }
     candidates.push_back(next);
   }
   std::stable_sort(candidates.begin(), candidates.end(),

@@ -2,7 +2,7 @@
 /// \file
 /// How much work a shadow is, by its quality and by what share of the light it is of: both renderers do
 /// what this says. A light that gives a share of the light has about that share of the rays, or cells: its
-/// shadow's error counts that much less, and all together cost about what one does.
+/// shadow's error counts that much less.
 #pragma once
 
 #include <algorithm>

@@ -121,7 +121,7 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "hulltexture, and is drawn by the processor."),
       property<&S::shadow>("shadow", "Shadow",
                            "How exactly the subject's shadows of the scene's lights are drawn. "
-                           "How soft it is depends on the size of that light in the scene."),
+                           "How soft each is depends on the size of its light."),
       property<&S::mirror>("mirror", "Mirror",
                            "How the subject's image in a planar mirror of the scene is drawn: the "
                            "mirror in which it is largest."),

@@ -139,6 +139,24 @@ TEST_P(ManyLightsTest, SkippingChangesNoBit) {
   }
 }
 
+// Of two lamps' shadows of a plate one is outside of the picture: that it is left out changes nothing.
+TEST_P(ManyLightsTest, ShadowsBesideThePictureChangeNoBit) {
+  Material material;
+  material.base_colour = {0.8f, 0.6f, 0.4f};
+  Scene scene = floor_scene(material, {});
+  scene.lights = {spread(point_lamp({1.0f, 2.5f, 0.0f}, {10, 2, 1}), false),
+                  spread(point_lamp({-1.0f, 2.5f, 0.0f}, {43, 310, 877}), false)};
+  const Mesh plate = plain_box({-0.5f, 0.88f, -0.5f}, {0.5f, 0.9f, 0.5f}, 0.5f);
+  const Camera below = synthetic::look_at({-0.9, 0.7, 0.01}, {-0.9, 0, 0}, 320, 160, 30.0);
+  Shot skipping(scene, plate, below), all(scene, plate, below);
+  all.settings.skip = false;
+  skipping.draw(0.5f);
+  all.draw(0.5f);
+  const RenderPlan plan = make_renderer()->plan(skipping.frame, skipping.settings);
+  EXPECT_EQ(plan.lights.size(), 1u);
+  EXPECT_TRUE(skipping.picture.pixels == all.picture.pixels);
+}
+
 // Forty lamps of which four matter are those four.
 TEST_P(ManyLightsTest, LampsOfNoEffectAreLeftOut) {
   FigureStage stage(320, 180, false);

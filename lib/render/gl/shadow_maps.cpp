@@ -76,13 +76,15 @@ bool is_sun(const Light& light, const Bounds& scene) {
 }  // namespace
 
 void set_lights(PassInput& in) {
+  const auto power_of = [&](const Light& light) {
+    return light_power(light) * (in.frame.exposure / irradiance_scale(light, in.scene.bounds()));
+  };
+  for (const std::size_t light : in.plan.blocked_lights)
+    in.power += power_of(in.frame.lights[light]);
   for (const ShadowLight& planned : in.plan.lights) {
     const Light& light = in.frame.lights[planned.light];
-    const float scale = irradiance_scale(light, in.scene.bounds());
-    const glm::vec3 power = light_power(light) * (in.frame.exposure / scale);
-    in.lights.push_back(
-        {light, planned, shadow_recipe(in.settings, light, planned.share), scale, power});
-    if (!planned.idle) in.power += power;
+    in.lights.push_back({light, planned, shadow_recipe(in.settings, light, planned.share),
+                         irradiance_scale(light, in.scene.bounds()), power_of(light)});
   }
   for (PassLight& light : in.lights)
     for (int c = 0; c < 3; ++c)

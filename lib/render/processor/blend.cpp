@@ -60,11 +60,12 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
       background_(background),
       background_stride_(background_stride),
       target_(target) {
-  for (const ShadowLight& light : plan.lights) {
-    powers_.push_back(light_power(frame.lights[light.light]) *
-                      (frame.exposure / std::numbers::pi_v<float>));
-    for (int c = 0; c < 3; ++c) power_[c] += light.idle ? 0.0f : powers_.back()[c];
-  }
+  const auto power_of = [&](std::size_t light) {
+    return light_power(frame.lights[light]) * (frame.exposure / std::numbers::pi_v<float>);
+  };
+  for (const std::size_t light : plan.blocked_lights)
+    for (int c = 0; c < 3; ++c) power_[c] += power_of(light)[c];
+  for (const ShadowLight& light : plan.lights) powers_.push_back(power_of(light.light));
   for (Vec3f& power : powers_)
     for (int c = 0; c < 3; ++c) power[c] = power_[c] > 0.0f ? power[c] / power_[c] : 0.0f;
   const float most = std::max({power_[0], power_[1], power_[2]});

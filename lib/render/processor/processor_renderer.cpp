@@ -126,9 +126,10 @@ void ProcessorRenderer::State::choose_lights(const RenderPlan& plan, bool same) 
     shadows.push_back(lights.back());
   }
   if (same) return;
-  for (auto& [number, light] : known)
-    if (std::find(lights.begin(), lights.end(), &light) == lights.end())
-      light.light.reset();  // its casters are not these subjects'
+  // What is kept of other lights is large, and its casters are not these subjects'.
+  std::erase_if(known, [&](const auto& item) {
+    return std::find(lights.begin(), lights.end(), &item.second) == lights.end();
+  });
 }
 
 /// Makes ready what subjects hide of the plan's light \p number.
