@@ -148,7 +148,12 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
   double places = 0.0;  // of all lights' grids
   for (ShadowLight& light :
        find_shadow_lights(frame.lights, frame.exposure, people, !settings.skip)) {
-    if (!light.idle) plan.blocked_lights.push_back(light.light);
+    if (!light.idle) {
+      const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
+      places += static_cast<double>(frame.width) * frame.height / (step * step);
+      if (!plan.blocked_lights.empty() && places > most_shadow_places) continue;
+      plan.blocked_lights.push_back(light.light);
+    }
     const std::vector<Vec3> volume = shadow_volume(frame.lights[light.light], people, everything);
     light.seen = screen_rectangle(volume, plan.clip_from_scene, frame.width, frame.height);
     if (mirror)
@@ -162,10 +167,6 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
       if (!light.in_mirror.empty()) light.in_mirror = whole;
     }
     if (light.seen.empty() && light.in_mirror.empty()) continue;
-    const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
-    const double own = static_cast<double>(frame.width) * frame.height / (step * step);
-    if (!plan.lights.empty() && places + own > most_shadow_places) continue;
-    places += own;
     plan.shadow = bounding(plan.shadow, light.seen);
     plan.mirror_shadow = bounding(plan.mirror_shadow, light.in_mirror);
     plan.lights.push_back(light);

@@ -225,6 +225,39 @@ TEST(Plan, PutsTheHullWhereItsOriginIs) {
   expect_at(plan.subjects[0].from_scene, {4.5, 1, -2}, mesh.hull.origin);
 }
 
+// Very many lights in a large picture: the strongest that there is memory for, skipping or not.
+TEST(Plan, DrawsAsManyLightsAsItCanKeep) {
+  Mesh mesh = box_at({-0.5, 0, -1.5});
+  mesh.hull.triangles = {0, 1, 2};
+  auto room = std::make_shared<Scene>();
+  room->meshes.resize(1);
+  RenderFrame frame;
+  frame.scene = room;
+  frame.width = 1920;
+  frame.height = 1080;
+  frame.subjects.push_back({&mesh, {}, 0});
+  frame.viewport = look_at({0, 1.5, 6}, {0, 0.5, 0}, 50, 1920, 1080);
+  for (int i = 0; i < 40; ++i) {
+    Light lamp;
+    lamp.centre = {0.1f * static_cast<float>(i % 7), 4.0f, 1.0f};
+    lamp.radiance = Vec3f(1.0f + static_cast<float>(i));
+    frame.lights.push_back(lamp);
+  }
+  const Bounds scene{Vec3(-3, 0, -3), Vec3(3, 4, 3)};
+  RenderSettings settings;
+  for (const bool skip : {true, false}) {
+    settings.skip = skip;
+    const RenderPlan plan = plan_frame(frame, settings, scene);
+    ASSERT_EQ(plan.lights.size(), 15u);
+    EXPECT_EQ(plan.lights_skipped, 25u);
+    for (const ShadowLight& light : plan.lights) EXPECT_GE(light.light, 25u);
+  }
+  frame.width = 640;
+  frame.height = 360;
+  frame.viewport = look_at({0, 1.5, 6}, {0, 0.5, 0}, 50, 640, 360);
+  EXPECT_EQ(plan_frame(frame, settings, scene).lights.size(), 40u);
+}
+
 // Of several mirrors the one that shows most of the subject; none from behind.
 TEST(Plan, TakesTheMirrorThatShowsMost) {
   auto scene = std::make_shared<Scene>();
