@@ -2,11 +2,11 @@
 #include "base/picture.h"
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <optional>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "base/whole_file.h"
 
 // The implementation is compiled here, whichever other library carries its own.
@@ -33,10 +33,7 @@ void append(void* context, void* data, int size) {
 
 std::string lower_ending(const std::string& path) {
   const std::size_t dot = path.rfind('.');
-  std::string ending = dot == std::string::npos ? "" : path.substr(dot + 1);
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
+  return dot == std::string::npos ? "" : lower_case(path.substr(dot + 1));
 }
 
 /// Whether the Huffman tables of a JPEG have as many codes as there can be, at most 256. stb_image of

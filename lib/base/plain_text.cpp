@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "base/plain_text.h"
 
+#include <cctype>
 #include <cstdint>
-#include <string_view>
 
 #include "base/error.h"
 
@@ -84,6 +84,12 @@ std::string plain_text(std::string bytes, const std::string& source) {
   }
   bytes.resize(end);
   return bytes;
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
 }
 
 }  // namespace polyhull

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace polyhull {
 
@@ -12,5 +13,8 @@ namespace polyhull {
 /// as ASCII has it) is decoded. Throws Error (bad_input), beginning with \p source, for UTF-32 and
 /// for UTF-16 that is broken. All that reads a text file reads it by this.
 std::string plain_text(std::string bytes, const std::string& source);
+
+/// \p text with small letters in place of ASCII's capitals.
+std::string lower_case(std::string_view text);
 
 }  // namespace polyhull

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -12,6 +11,7 @@
 #include <iterator>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "files/mesh_files_internal.h"
 
 namespace polyhull {
@@ -25,9 +25,7 @@ constexpr Format formats[] = {{".glb", write_glb}, {".ply", write_ply}, {".obj",
 
 /// By the ending of \p path; null: none of these.
 const Format* format_of(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(std::filesystem::path(path).extension().string());
   const auto* found = std::find_if(std::begin(formats), std::end(formats),
                                    [&](const Format& format) { return ending == format.ending; });
   return found != std::end(formats) ? found : nullptr;

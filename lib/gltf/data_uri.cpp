@@ -5,18 +5,12 @@
 #include <cctype>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 
 namespace polyhull {
 namespace {
 
 constexpr std::size_t longest_name = 100;
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
 
 /// The six bits that \p c stands for; -1: none.
 int base64_bits(char c) {

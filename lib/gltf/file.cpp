@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "base/plain_text.h"
 #include "base/whole_file.h"
 #include "gltf/accessor.h"
 #include "gltf/data_uri.h"
@@ -268,15 +269,12 @@ tinygltf::Model read_model(Json& root, const std::string& path) {
 /// The one file of \p folder whose name is \p name but for capitals; nothing: there is none, or more.
 std::filesystem::path spelt_otherwise(const std::filesystem::path& folder,
                                       const std::string& name) {
-  const auto lower = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-  };
   std::filesystem::path found;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(
            folder.empty() ? std::filesystem::path(".") : folder, error)) {
-    if (lower(entry.path().filename().string()) != lower(name) || !entry.is_regular_file(error))
+    if (lower_case(entry.path().filename().string()) != lower_case(name) ||
+        !entry.is_regular_file(error))
       continue;
     if (!found.empty()) return {};
     found = entry.path();

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "gltf/accessor.h"
 #include "gltf/file.h"
 #include "gltf/instances.h"
@@ -377,9 +378,7 @@ Scene load_scene(const std::string& path) {
                 "(.glb or .gltf), or none for the built-in room.",
                 path);
   }
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(std::filesystem::path(path).extension().string());
   if (ending != ".glb" && ending != ".gltf") {
     throw Error(Error::Kind::unsupported,
                 "Scene '{}': the name must end in .glb or .gltf (glTF 2.0).", path);

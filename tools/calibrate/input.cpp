@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "base/thread_pool.h"
 #include "wire/payload.h"
 
@@ -19,8 +20,7 @@ using calibration::BoardFinder;
 using calibration::Take;
 using calibration::View;
 bool is_picture(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = lower_case(path.extension().string());
   return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
 }
 

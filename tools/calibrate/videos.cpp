@@ -17,6 +17,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/plain_text.h"
 #include "base/thread_pool.h"
 
 namespace polyhull::calibrate_tool {
@@ -24,9 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 std::string ending_of(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending;
+  return lower_case(path.extension().string());
 }
 
 // By its ending, else by whether it can be read as one; a picture, too, is a film of one frame, and a

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "camera_files.h"
 #include "studio/calibration/outline_poses.h"
 
@@ -29,10 +30,7 @@ std::string instant_of(const std::filesystem::path& file) {
 }
 
 bool is_picture(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  });
+  const std::string ending = lower_case(file.extension().string());
   return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
 }
 
