@@ -123,9 +123,8 @@ double light_given(const Light& light, const Vec3& point) {
   const Vec3 way = point - Vec3(light.centre);
   const double distance_2 = std::max(glm::dot(way, way), 1e-6);
   const double cosine = glm::dot(Vec3(light_normal(light)), way) / std::sqrt(distance_2);
-  const Vec3f power = light_power(light);
   const double exit = light_exit(light, static_cast<float>(cosine));
-  return (power.x + power.y + power.z) * exit / distance_2;
+  return light_strength(light) * exit / distance_2;
 }
 
 Vec3f light_normal(const Light& light) {
@@ -135,6 +134,18 @@ Vec3f light_normal(const Light& light) {
 Vec3f light_power(const Light& light) {
   return light.is_area() ? light.radiance * (4.0f * glm::length(glm::cross(light.u, light.v)))
                          : light.radiance;
+}
+
+float light_strength(const Light& light) {
+  const Vec3f power = light_power(light);
+  return power.x + power.y + power.z;
+}
+
+Vec3f share_of(const Vec3f& part, const Vec3f& whole) {
+  Vec3f share(0.0f);
+  for (int c = 0; c < 3; ++c)
+    if (whole[c] > 0.0f) share[c] = part[c] / whole[c];
+  return share;
 }
 
 float light_exit(const Light& light, float cosine) {

@@ -52,6 +52,10 @@ Vec3f light_normal(const Light& light);
 
 /// Radiance times area, or a point light's intensity.
 Vec3f light_power(const Light& light);
+/// Its channels together.
+float light_strength(const Light& light);
+/// \p part over \p whole, channel by channel; 0 where there is nothing of the whole.
+Vec3f share_of(const Vec3f& part, const Vec3f& whole);
 
 /// The share of light_power() that \p light sends, per solid angle, in a direction \p cosine of whose
 /// angle to light_normal() is given: Lambert's of an area light, a spot's cone, 1 for a point.

@@ -70,14 +70,16 @@ std::vector<ShadowLight> find_shadow_lights(std::span<const Light> lights, float
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < lights.size(); ++i) {
     Candidate next{i, most_taken(lights[i], box) * exposure * std::numbers::inv_pi, 0.0};
-    const bool any = next.taken > 0.0;
-    if (!any && !all) continue;
-    if (!any) next.taken = 0.0;  // and not no number
-    if (any)
+    if (next.taken > 0.0) {
       for (const Vec3& place : places) {
         const double given = light_given(lights[i], place);
         next.given = std::max(next.given, given < most_given ? given : most_given);
       }
+    } else if (all) {
+      next.taken = 0.0;  // and not no number
+    } else {
+      continue;
+    }
     candidates.push_back(next);
   }
   std::stable_sort(candidates.begin(), candidates.end(),

@@ -19,18 +19,17 @@ namespace polyhull {
 /// A light whose shadow is drawn.
 struct ShadowLight {
   std::size_t light = 0;  ///< which of RenderFrame::lights
-  /// The most that it gives the middle of the subjects' box or of one of its faces, of what all of these
-  /// lights do: how much care its shadow is
-  /// worth (shadow_recipe.h).
+  /// The most that it gives the middle of the subjects' box or of one of its faces, of what all of
+  /// these lights do: how much care its shadow is worth (shadow_recipe.h).
   float share = 1.0f;
   bool idle = false;          ///< of no effect at all
   Rectangle seen, in_mirror;  ///< the pixels that it may change, directly and in the plan's mirror
 };
 
-/// The lights that can throw a visible shadow of what stands in \p box, those that give it most
-/// first, without rectangles. Left out are idle ones, unless \p all are wanted, and, in
-/// any case, the weakest ones that together change no picture value (at \p exposure) by more than a 24th of the
-/// smallest step.
+/// The lights that can throw a visible shadow of what stands in \p box, those that give it most first,
+/// without rectangles. Left out are idle ones, unless \p all are wanted, and, in any case, the weakest
+/// ones that together change no picture value (at \p exposure) by more than a 24th of the smallest
+/// step.
 std::vector<ShadowLight> find_shadow_lights(std::span<const Light> lights, float exposure,
                                             const Bounds& box, bool all);
 

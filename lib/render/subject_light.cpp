@@ -25,21 +25,21 @@ const Vec3f stage_middle(0.0f, 1.0f, 0.0f);
 /// Phi at points of a scene.
 class Irradiance {
  public:
-  Irradiance(const RenderFrame& frame, const TracedScene& scene) : frame_(frame), scene_(scene) {
-    for (const Light& light : frame.lights) {
-      const Vec3f power = light_power(light);
-      powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) + power.x + power.y + power.z);
-    }
-    turned_ = look_around(stage_middle).within;
+  /// \p bodies: places within bodies count as the nearest ones out of them.
+  Irradiance(const RenderFrame& frame, const TracedScene& scene, bool bodies)
+      : frame_(frame), scene_(scene), bodies_(bodies) {
+    for (const Light& light : frame.lights)
+      powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) + light_strength(light));
   }
 
   /// What surfaces and the sky give there.
   Vec3f indirect(const Vec3f& point) const { return look_around(point).indirect; }
+  /// Whether the point seems to be within a closed body.
+  bool within(const Vec3f& point) const { return look_around(point).within; }
 
   Vec3f at(const Vec3f& point) const {
     const Around around = look_around(point);
-    if (!around.within || turned_) return around.indirect + direct(point);
-    // A place within a body counts as the nearest one out of it.
+    if (!around.within || !bodies_) return around.indirect + direct(point);
     return look_around(around.out).indirect + direct(around.out);
   }
 
@@ -151,8 +151,8 @@ class Irradiance {
 
   const RenderFrame& frame_;
   const TracedScene& scene_;
+  const bool bodies_;
   std::vector<float> powers_;  // of the lights up to each
-  bool turned_ = false;        // the room itself shows the backs of its surfaces
   static thread_local std::vector<Ray> rays_;
   static thread_local std::vector<RayHit> hits_;
   static thread_local std::vector<std::uint8_t> blocked_;
@@ -208,7 +208,8 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
     sky_ = frame.sky;
     nodes_.clear();
     lattices_.clear();
-    const Irradiance irradiance(frame, scene);
+    const Irradiance irradiance(frame, scene, false);
+    bodies_ = !irradiance.within(stage_middle);
     rest_ = glm::max(frame.ambient - irradiance.indirect(stage_middle), Vec3f(0.0f));
     stage_ = irradiance.at(stage_middle) + rest_;
   }
@@ -274,7 +275,7 @@ LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
           missing.push_back({x, y, z});
       }
   found_ = missing.size();
-  const Irradiance irradiance(frame, scene);
+  const Irradiance irradiance(frame, scene, bodies_);
   parallel_for(missing.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto& [x, y, z] = missing[i];

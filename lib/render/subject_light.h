@@ -72,6 +72,8 @@ class SubjectLight {
   std::shared_ptr<const Scene> scene_;
   std::vector<Light> lights_;
   Vec3f ambient_{0.0f}, sky_{0.0f};
+  // Whether surfaces that show their backs enclose bodies: not in a room that itself shows them.
+  bool bodies_ = true;
   Vec3f rest_{0.0f}, stage_{0.0f};                                              // E_rest, Phi(x_0)
   std::unordered_map<Node, Vec3f, Hash> nodes_;                                 // f
   std::vector<std::pair<Part, std::shared_ptr<const LightLattice>>> lattices_;  // the latest first

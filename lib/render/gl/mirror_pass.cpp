@@ -15,12 +15,9 @@ void set_lamps(gl::Program& program, const PassInput& in) {
   for (const PassLight& light : in.lights) lamps.push_back(&light.light);
   for (const Light& light : frame.lights)
     if (std::find(lamps.begin(), lamps.end(), &light) == lamps.end()) lamps.push_back(&light);
-  const auto strength = [](const Light* lamp) {
-    const Vec3f power = light_power(*lamp);
-    return power.x + power.y + power.z;
-  };
-  std::stable_sort(lamps.begin() + static_cast<std::ptrdiff_t>(in.lights.size()), lamps.end(),
-                   [&](const Light* a, const Light* b) { return strength(a) > strength(b); });
+  std::stable_sort(
+      lamps.begin() + static_cast<std::ptrdiff_t>(in.lights.size()), lamps.end(),
+      [](const Light* a, const Light* b) { return light_strength(*a) > light_strength(*b); });
   lamps.resize(std::min(lamps.size(), max_lamps));
   std::vector<glm::vec3> positions, normals, powers;
   std::vector<glm::vec2> cones;

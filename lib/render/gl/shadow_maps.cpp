@@ -84,11 +84,9 @@ void set_lights(PassInput& in) {
   for (const ShadowLight& planned : in.plan.lights) {
     const Light& light = in.frame.lights[planned.light];
     in.lights.push_back({light, planned, shadow_recipe(in.settings, light, planned.share),
-                         irradiance_scale(light, in.scene.bounds()), power_of(light)});
+                         irradiance_scale(light, in.scene.bounds()),
+                         share_of(power_of(light), in.power)});
   }
-  for (PassLight& light : in.lights)
-    for (int c = 0; c < 3; ++c)
-      light.power[c] = in.power[c] > 0.0f ? light.power[c] / in.power[c] : 0.0f;
 }
 
 /// What the light's map shows of the subjects.

@@ -63,11 +63,11 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
   const auto power_of = [&](std::size_t light) {
     return light_power(frame.lights[light]) * (frame.exposure / std::numbers::pi_v<float>);
   };
-  for (const std::size_t light : plan.blocked_lights)
-    for (int c = 0; c < 3; ++c) power_[c] += power_of(light)[c];
-  for (const ShadowLight& light : plan.lights) powers_.push_back(power_of(light.light));
-  for (Vec3f& power : powers_)
-    for (int c = 0; c < 3; ++c) power[c] = power_[c] > 0.0f ? power[c] / power_[c] : 0.0f;
+  Vec3f all(0.0f);
+  for (const std::size_t light : plan.blocked_lights) all += power_of(light);
+  for (const ShadowLight& light : plan.lights)
+    powers_.push_back(share_of(power_of(light.light), all));
+  for (int c = 0; c < 3; ++c) power_[c] = all[c];
   const float most = std::max({power_[0], power_[1], power_[2]});
   least_taken_ = 0.999f * BlendPixels::least_missing / std::max(most, 1e-30f);
 }
