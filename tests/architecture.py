@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Holds docs/architecture.md against the code: each folder includes what its row says, no more and no
-less, and every file and function that the page names is there.
+less, none in a circle, and every file and function that the page names is there.
 
 usage: architecture.py"""
 import pathlib
@@ -47,6 +47,20 @@ def check_rows(page):
         for room in sorted(allowed[name] - uses.keys()):
             problems.append(f"{name} no longer includes {room}: take it out of its row")
     return problems
+
+
+def check_circles():
+    """No folder includes, be it by way of others, one that includes it."""
+    uses = {}
+    for top in ("lib", "studio"):
+        for folder in [ROOT / top, *(path for path in (ROOT / top).rglob("*") if path.is_dir())]:
+            name = str(folder.relative_to(ROOT)).removeprefix("lib/")
+            uses[name] = set(included(folder)) - {name}
+    while ends := {name for name, rooms in uses.items()
+                   if not rooms & uses.keys() or not any(name in others for others in uses.values())}:
+        uses = {name: rooms for name, rooms in uses.items() if name not in ends}
+    return [f"{name} is in a circle: it includes {', '.join(sorted(rooms & uses.keys()))}"
+            for name, rooms in sorted(uses.items())]
 
 
 def unnamed(source):
@@ -115,7 +129,7 @@ def check_names(page):
 
 def main():
     page = (ROOT / "docs" / "architecture.md").read_text()
-    problems = check_rows(page) + check_plugins() + check_units() + check_names(page)
+    problems = check_rows(page) + check_circles() + check_plugins() + check_units() + check_names(page)
     for folder in {path.parent for top in ("lib", "studio", "plugins", "tools") for path in (ROOT / top).rglob("*.cpp")}:
         count = sum(child.suffix in SOURCES for child in folder.iterdir())
         if count > 26:

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/rings.h"
+#include "hull/build/hull_builder.h"
 #include "hull/hull.h"
 #include "rig/rig.h"
 

@@ -17,6 +17,7 @@
 #include "camera_files.h"
 #include "command_line.h"
 #include "files/mesh_files.h"
+#include "hull/build/hull_builder.h"
 #include "hull/hull.h"
 #include "hull/measure.h"
 #include "hull_scene.h"

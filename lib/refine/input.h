@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "refine/frame.h"
+#include "refine/field/frame.h"
 #include "refine/refine.h"
 
 namespace polyhull::refine {

@@ -5,9 +5,9 @@
 
 #include <span>
 
-#include "refine/fine_field.h"
+#include "refine/field/fine_field.h"
+#include "refine/field/plate.h"
 #include "refine/merge/moments.h"
-#include "refine/plate.h"
 #include "refine/refine.h"
 
 namespace polyhull::refine {

@@ -24,8 +24,9 @@
 #include <memory>
 #include <span>
 
+#include "hull/camera_contours.h"
 #include "hull/hull.h"
-#include "hull/stage.h"
+#include "refine/photo/view_pixels.h"
 
 namespace polyhull {
 
@@ -44,14 +45,6 @@ struct RefineSettings {
   bool photo = false;  ///< carves what the pictures contradict (photo.h), which takes its time
   bool reuse = true;   ///< false: works as if nothing were known from the last call
   bool operator==(const RefineSettings&) const = default;
-};
-
-/// What a camera's picture shows of a part of its frame, real pixels; borrowed.
-struct ViewPixels {
-  const std::uint8_t* pixels = nullptr;  ///< null: no picture
-  int stride = 0;                        ///< bytes from row to row
-  int channels = 4;                      ///< red, green, blue first; fewer than 3: grey first
-  Rectangle roi;                         ///< what the pixels are of
 };
 
 /// Counts and times (seconds) of one call, for `stats`.

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "base/thread_pool.h"
-#include "texture/colour/eye.h"
+#include "texture/eye.h"
 
 namespace polyhull {
 namespace {

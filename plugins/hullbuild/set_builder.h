@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hull/stage.h"
+#include "hull/build/stage.h"
 #include "hull/subject_size.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/statistics.h"

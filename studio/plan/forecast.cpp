@@ -7,7 +7,8 @@
 #include <cmath>
 
 #include "base/thread_pool.h"
-#include "hull/stage.h"
+#include "hull/build/stage.h"
+#include "hull/camera_contours.h"
 #include "refine/refine.h"
 #include "silhouette/contour/contourer.h"
 #include "studio/plan/placing.h"

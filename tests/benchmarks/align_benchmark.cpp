@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "command_line.h"
+#include "hull/build/stage.h"
 #include "measure.h"
 #include "mesh/texture_mesh.h"
 #include "refine/refine.h"

@@ -11,6 +11,7 @@
 #include "body_motion.h"
 #include "body_sheet.h"
 #include "command_line.h"
+#include "hull/build/stage.h"
 #include "measure.h"
 #include "support/body_scenes.h"
 #include "support/hollow_bodies.h"

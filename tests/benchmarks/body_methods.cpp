@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "hull/build/stage.h"
 #include "refine/refine.h"
 #include "support/camera_contours.h"
 

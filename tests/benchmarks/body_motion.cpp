@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "body_motion.h"
+#include "hull/build/stage.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,6 +10,7 @@
 
 #include "body_methods.h"
 #include "command_line.h"
+#include "hull/build/stage.h"
 #include "measure.h"
 #include "support/body_scenes.h"
 

@@ -10,6 +10,7 @@
 #include "base/thread_pool.h"
 #include "body_frames.h"
 #include "command_line.h"
+#include "hull/build/stage.h"
 #include "imagehull/image_subject.h"
 #include "measure.h"
 #include "refine/refine.h"

@@ -22,6 +22,7 @@
 #include "base/error.h"
 #include "base/thread_pool.h"
 #include "command_line.h"
+#include "hull/build/hull_builder.h"
 #include "support/cgal_hull.h"
 #include "support/membership.h"
 #include "support/mesh_checks.h"

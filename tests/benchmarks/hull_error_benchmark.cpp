@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "command_line.h"
+#include "hull/build/hull_builder.h"
 #include "silhouette/blur/blur.h"
 #include "silhouette/contour/approximate.h"
 #include "silhouette/contour/trace.h"

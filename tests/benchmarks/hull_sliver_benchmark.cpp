@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "command_line.h"
+#include "hull/build/hull_builder.h"
 #include "support/cgal_self_intersections.h"
 #include "support/membership.h"
 #include "support/mesh_checks.h"

@@ -11,6 +11,7 @@
 #include <map>
 
 #include "command_line.h"
+#include "hull/build/stage.h"
 #include "hull/measure.h"
 #include "measure.h"
 #include "refine/refine.h"

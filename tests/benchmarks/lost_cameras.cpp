@@ -8,6 +8,7 @@
 
 #include "base/thread_pool.h"
 #include "builtin/default_rig.h"
+#include "hull/build/stage.h"
 #include "hull/measure.h"
 #include "refine/refine.h"
 #include "support/body_scenes.h"

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "command_line.h"
+#include "hull/build/stage.h"
 #include "measure.h"
 #include "mesh/texture_mesh.h"
 #include "refine/refine.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/picture.h"
+#include "hull/build/hull_builder.h"
 #include "hull/hull.h"
 #include "refine/refine.h"
 #include "rig/rig.h"

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "hull/build/hull_builder.h"
 #include "hull/repair/repair.h"
 #include "support/figure.h"
 #include "support/matte_damage.h"

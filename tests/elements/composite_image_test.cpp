@@ -9,7 +9,8 @@
 
 #include "box_views.h"
 #include "composite_bench.h"
-#include "hull/stage.h"
+#include "hull/build/stage.h"
+#include "hull/camera_contours.h"
 
 using namespace polyhull;
 using namespace polyhull::test;

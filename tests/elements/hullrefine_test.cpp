@@ -11,6 +11,7 @@
 #include <gst/check/gstharness.h>
 
 #include "element_checks.h"
+#include "hull/build/stage.h"
 
 using namespace polyhull;
 

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "base/error.h"
+#include "hull/build/hull_builder.h"
 #include "support/mesh_checks.h"
 #include "support/scene_from_bytes.h"
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "hull/build/stage.h"
 #include "hull/measure.h"
 
 namespace polyhull::test {

@@ -11,6 +11,7 @@
 
 #include "base/picture.h"
 #include "base/srgb.h"
+#include "hull/build/stage.h"
 #include "mesh/texture_mesh.h"
 #include "refine/refine.h"
 #include "support/body_scenes.h"

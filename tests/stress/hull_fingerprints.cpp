@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "hull/build/hull_builder.h"
 #include "support/degenerate_scenes.h"
 #include "support/mesh_checks.h"
 #include "support/scenes.h"

@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "base/error.h"
+#include "hull/build/hull_builder.h"
 #include "support/degenerate_scenes.h"
 #include "support/hull_expectations.h"
 #include "support/run_kind.h"

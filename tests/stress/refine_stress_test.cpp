@@ -18,6 +18,7 @@
 #if POLYHULL_CGAL
 #include "support/cgal_self_intersections.h"
 #endif
+#include "hull/build/stage.h"
 #include "support/degenerate_scenes.h"
 #include "support/figure.h"
 #include "support/mesh_checks.h"

@@ -11,6 +11,8 @@
 #include "base/error.h"
 #include "base/thread_pool.h"
 #include "builtin/default_rig.h"
+#include "hull/build/hull_builder.h"
+#include "hull/build/stage.h"
 #include "mesh/texture_mesh.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/contour/contourer.h"

@@ -11,8 +11,8 @@
 
 #include "base/picture.h"
 #include "base/rings.h"
+#include "hull/build/stage.h"
 #include "hull/hull.h"
-#include "hull/stage.h"
 #include "mesh/mesh.h"
 #include "refine/refine.h"
 #include "rig/rig.h"

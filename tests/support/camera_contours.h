@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "hull/stage.h"
+#include "hull/camera_contours.h"
 
 namespace polyhull::test {
 

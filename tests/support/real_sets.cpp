@@ -7,7 +7,8 @@
 #include <filesystem>
 
 #include "base/thread_pool.h"
-#include "hull/stage.h"
+#include "hull/build/stage.h"
+#include "hull/camera_contours.h"
 #include "refine/refine.h"
 #include "render/processor/processor_renderer.h"
 #include "rig/import.h"

@@ -6,7 +6,8 @@
 #include <numbers>
 
 #include "builtin/default_rig.h"
-#include "hull/stage.h"
+#include "hull/build/stage.h"
+#include "hull/camera_contours.h"
 #include "mesh/texture_mesh.h"
 #include "scene/scene.h"
 #include "studio/cameras/camera_picture.h"

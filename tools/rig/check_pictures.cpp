@@ -7,9 +7,10 @@
 #include <span>
 
 #include "base/error.h"
+#include "hull/build/stage.h"
+#include "hull/camera_contours.h"
 #include "hull/repair/repair.h"
 #include "hull/repair/ring_regions.h"
-#include "hull/stage.h"
 #include "hull/subject_size.h"
 #include "mask_contours.h"
 #include "rig/ray_cover.h"

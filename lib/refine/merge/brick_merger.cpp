@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "refine/cell_table.h"
+#include "refine/field/cell_table.h"
 #include "refine/merge/node_set.h"
 
 namespace polyhull::refine {

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "refine/cell_surface.h"
+#include "refine/field/cell_surface.h"
 #include "refine/merge/brick.h"
 
 namespace polyhull::refine {

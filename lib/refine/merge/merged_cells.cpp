@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "base/thread_pool.h"
-#include "refine/cell_table.h"
+#include "refine/field/cell_table.h"
 #include "refine/merge/brick_merger.h"
 #include "refine/merge/polygon.h"
 

@@ -35,7 +35,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "refine/cell_surface.h"
+#include "refine/field/cell_surface.h"
 #include "refine/merge/brick_merger.h"
 
 namespace polyhull::refine {

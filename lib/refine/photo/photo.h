@@ -20,11 +20,12 @@
 #include <span>
 #include <vector>
 
-#include "refine/cell_surface.h"
-#include "refine/contact_rays.h"
-#include "refine/flow.h"
-#include "refine/hull_distance.h"
-#include "refine/refine.h"
+#include "hull/camera_contours.h"
+#include "refine/field/cell_surface.h"
+#include "refine/field/contact_rays.h"
+#include "refine/field/flow.h"
+#include "refine/field/hull_distance.h"
+#include "refine/photo/view_pixels.h"
 
 namespace polyhull::refine {
 

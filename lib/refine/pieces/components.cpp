@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/thread_pool.h"
-#include "refine/frame.h"
+#include "refine/field/frame.h"
 
 namespace polyhull::refine {
 namespace {

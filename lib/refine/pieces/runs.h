@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "refine/contact_rays.h"
+#include "refine/field/contact_rays.h"
 
 namespace polyhull::refine {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "base/thread_pool.h"
-#include "texture/colour/eye.h"
+#include "texture/eye.h"
 
 namespace polyhull {
 namespace {

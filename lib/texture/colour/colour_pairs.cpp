@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "base/thread_pool.h"
-#include "texture/colour/eye.h"
+#include "texture/eye.h"
 
 namespace polyhull {
 namespace {

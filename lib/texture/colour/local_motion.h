@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "texture/colour/coloured_points.h"
-#include "texture/colour/eye.h"
+#include "texture/eye.h"
 
 namespace polyhull {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/thread_pool.h"
+#include "hull/build/hull_builder.h"
 #include "hull/hull.h"
 #include "support/malloc_counter.h"
 #include "support/scenes.h"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hull/build/hull_builder.h"
 #include "support/cgal_hull.h"
 #include "support/cgal_self_intersections.h"
 #include "support/degenerate_scenes.h"

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "hull/build/hull_builder.h"
 #include "support/degenerate_scenes.h"
 #include "support/hull_expectations.h"
 #include "support/rational_hull.h"

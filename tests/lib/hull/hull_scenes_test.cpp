@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "hull/build/hull_builder.h"
 #include "support/hull_expectations.h"
 
 namespace polyhull::test {

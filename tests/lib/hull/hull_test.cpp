@@ -3,6 +3,7 @@
 // hull_scenes_test holds it against the scenes with known volumes, hull_reference_test against
 // exact references, tests/stress against what is degenerate.
 #include "hull/hull.h"
+#include "hull/build/hull_builder.h"
 
 #include <gtest/gtest.h>
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "hull/build/hull_builder.h"
 #include "hull/cones/cone.h"
 #include "hull/hull.h"
 #include "hull/surface/patch_optimizer.h"

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "hull/build/stage.h"
 #include "hull/measure.h"
 #include "hull/repair/agreement.h"
-#include "hull/stage.h"
 #include "support/camera_contours.h"
 #include "support/figure.h"
 #include "support/matte_damage.h"

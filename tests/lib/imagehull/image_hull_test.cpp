@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "hull/build/hull_builder.h"
 #include "imagehull/enclosing.h"
 #include "raytrace/ray_caster.h"
 #include "support/scenes.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Marching cubes' table: wherever on their edges the vertices lie, a cell's triangles do not cross,
 // and each side of one that is not on a face of the cell has its partner.
-#include "refine/cell_table.h"
+#include "refine/field/cell_table.h"
 
 #include <gtest/gtest.h>
 

@@ -11,9 +11,10 @@
 #include <tuple>
 
 #include "base/picture.h"
+#include "hull/build/stage.h"
 #include "hull/measure.h"
-#include "refine/cell_surface.h"
-#include "refine/contact_rays.h"
+#include "refine/field/cell_surface.h"
+#include "refine/field/contact_rays.h"
 #include "refine/pieces/components.h"
 #include "refine/pieces/handles.h"
 #include "refine/refine.h"

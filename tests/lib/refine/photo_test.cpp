@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "hull/build/stage.h"
 #include "hull/measure.h"
 #include "refine/refine.h"
 #include "support/body_scenes.h"

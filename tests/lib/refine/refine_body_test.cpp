@@ -6,6 +6,7 @@
 #include <map>
 #include <ostream>
 
+#include "hull/build/stage.h"
 #include "refine/refine.h"
 #include "support/body_scenes.h"
 #include "support/camera_contours.h"

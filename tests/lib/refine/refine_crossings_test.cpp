@@ -2,6 +2,7 @@
 // No two triangles of a refined surface cross, after rounding to float: judged by CGAL.
 #include <gtest/gtest.h>
 
+#include "hull/build/stage.h"
 #include "refine/refine.h"
 #include "support/camera_contours.h"
 #include "support/cgal_self_intersections.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/instruction_set.h"
-#include "refine/contact_rays.h"
-#include "refine/hull_distance.h"
+#include "refine/field/contact_rays.h"
+#include "refine/field/hull_distance.h"
 
 namespace polyhull::refine {
 namespace {

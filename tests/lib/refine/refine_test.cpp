@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "hull/build/stage.h"
 #include "support/camera_contours.h"
 #include "support/degenerate_scenes.h"
 #include "support/figure.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/thin_parts.h"
+#include "refine/field/thin_parts.h"
 
 #include "base/thread_pool.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/cell_table.h"
+#include "refine/field/cell_table.h"
 
 #include <algorithm>
 

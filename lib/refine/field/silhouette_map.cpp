@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/silhouette_map.h"
+#include "refine/field/silhouette_map.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/cell_surface.h"
+#include "refine/field/cell_surface.h"
 
 #include <bit>
 #include <cmath>
 
 #include "base/thread_pool.h"
-#include "refine/cell_table.h"
+#include "refine/field/cell_table.h"
 
 namespace polyhull::refine {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "hull/stage.h"
+#include "hull/build/stage.h"
+#include "hull/camera_contours.h"
 
 #include <algorithm>
 

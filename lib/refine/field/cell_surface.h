@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "refine/contact_rays.h"
+#include "refine/field/contact_rays.h"
 
 namespace polyhull::refine {
 

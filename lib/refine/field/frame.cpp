@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/frame.h"
+#include "refine/field/frame.h"
 
 #include <cmath>
 

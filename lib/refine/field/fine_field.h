@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "refine/contact_rays.h"
-#include "refine/hull_distance.h"
+#include "refine/field/contact_rays.h"
+#include "refine/field/hull_distance.h"
 
 namespace polyhull::refine {
 

@@ -2,7 +2,7 @@
 /// \file
 /// The whole hull stage, from contours as the cameras saw them to a hull whose faces know their
 /// contour edges: undistorted (rig/undistort.h), mended (hull/repair/repair.h), intersected
-/// (hull/hull.h), welded (hull/weld.h). Keeps from set to set what can be reused.
+/// (hull_builder.h), welded (hull/weld.h). Keeps from set to set what can be reused.
 #pragma once
 
 #include <map>
@@ -10,19 +10,14 @@
 #include <string>
 #include <vector>
 
-#include "hull/hull.h"
+#include "hull/build/hull_builder.h"
+#include "hull/camera_contours.h"
 #include "hull/repair/doubts.h"
 #include "hull/repair/repair.h"
 #include "hull/repair/tangency.h"
 #include "rig/undistort.h"
 
 namespace polyhull {
-
-/// What one camera saw: contours in real (distorted) pixels.
-struct CameraContours {
-  const Camera* camera = nullptr;
-  const Rings* rings = nullptr;
-};
 
 /// One object per stream; not for use by two threads at once.
 class HullStage {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/hull_distance.h"
+#include "refine/field/hull_distance.h"
 
 #include <algorithm>
 

@@ -13,9 +13,9 @@
 #include <span>
 #include <vector>
 
-#include "refine/grid.h"
+#include "refine/field/grid.h"
+#include "refine/field/silhouette_map.h"
 #include "refine/loops/loops.h"
-#include "refine/silhouette_map.h"
 
 namespace polyhull::refine {
 

@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "refine/contact_rays.h"
+#include "refine/field/contact_rays.h"
 
 namespace polyhull::refine {
 

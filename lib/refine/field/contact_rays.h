@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/rings.h"
-#include "refine/grid.h"
+#include "refine/field/grid.h"
 #include "refine/loops/loops.h"
 #include "rig/camera.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/fine_field.h"
+#include "refine/field/fine_field.h"
 
 #include <array>
 #include <cmath>

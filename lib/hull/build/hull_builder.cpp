@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "hull/hull.h"
+#include "hull/build/hull_builder.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/flow.h"
+#include "refine/field/flow.h"
 
 #include <array>
 #include <cmath>

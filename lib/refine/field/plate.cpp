@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/plate.h"
+#include "refine/field/plate.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/contact_rays.h"
+#include "refine/field/contact_rays.h"
 
 #include <cmath>
 
