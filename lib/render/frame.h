@@ -21,6 +21,7 @@ namespace polyhull {
 struct DepthPicture;  // depth_picture.h
 struct LightLattice;  // subject_light.h
 struct ScenePlanes;   // view/scene_planes.h
+class TracedScene;    // raytrace/traced_scene.h
 
 /// How exactly the subjects' shadows of the scene's lights are drawn: shadow_recipe.h. hard is of the
 /// lights' middles alone.
@@ -78,10 +79,12 @@ struct RenderFrame {
   int height = 0;
   Camera viewport;  ///< scene coordinates; resized to the picture; its lens distortion is ignored
   std::shared_ptr<const Scene> scene;  ///< null: no geometry, no shadow, no mirror
-  std::vector<Light> lights;           ///< as many as the scene's, as they are now
-  float exposure = 1.0f;               ///< as Scene::exposure
-  Vec3f ambient{0.0f};                 ///< as Announcement::ambient
-  Vec3f sky{0.0f};                     ///< as Announcement::sky
+  /// The same ready for rays, where somebody has made it; null: renderers make their own.
+  std::shared_ptr<const TracedScene> traced;
+  std::vector<Light> lights;  ///< as many as the scene's, as they are now
+  float exposure = 1.0f;      ///< as Scene::exposure
+  Vec3f ambient{0.0f};        ///< as Announcement::ambient
+  Vec3f sky{0.0f};            ///< as Announcement::sky
   std::vector<RenderSubject> subjects;
   /// Where the background's drawing has them ready, the scene's triangles on the screen. Taken by the
   /// processor's renderer where they are of this view of this scene; the picture is the same to the

@@ -41,11 +41,13 @@ void RenderStatistics::add(const RenderStatistics& part) {
 Renderer::Renderer() = default;
 Renderer::~Renderer() = default;
 
-const TracedScene* Renderer::traced(const std::shared_ptr<const Scene>& scene) {
+const TracedScene* Renderer::traced(const RenderFrame& frame) {
+  const std::shared_ptr<const Scene>& scene = frame.scene;
   if (scene != traced_held_) {
     traced_held_.reset();  // where this fails the next call tries it again
-    traced_.reset();
-    if (scene && !scene->meshes.empty()) traced_ = std::make_unique<TracedScene>(*scene);
+    traced_ = frame.traced;
+    if (!traced_ && scene && !scene->meshes.empty())
+      traced_ = std::make_shared<const TracedScene>(*scene);
     traced_held_ = scene;
   }
   return traced_.get();
@@ -64,7 +66,7 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
   if (plan.subject.empty() && plan.mirror.empty()) return plan;
   for (PlacedSubject& subject : plan.subjects)
     if (subject.lighting == SubjectLighting::shade)
-      if (const TracedScene* scene = traced(frame.scene))
+      if (const TracedScene* scene = traced(frame))
         subject.shade = subject_light_.around(subject, frame, *scene);
   return plan;
 }

@@ -88,16 +88,16 @@ class Renderer {
   virtual std::string description() const = 0;
 
  protected:
-  /// \p scene ready for rays, made when it is first asked for; null where it has no geometry. Throws
-  /// Error as TracedScene.
-  const TracedScene* traced(const std::shared_ptr<const Scene>& scene);
+  /// The scene of \p frame ready for rays: RenderFrame::traced, or made when it is first asked for;
+  /// null where it has no geometry. Throws Error as TracedScene.
+  const TracedScene* traced(const RenderFrame& frame);
 
   RenderStatistics statistics_;
 
  private:
   Bounds scene_bounds_;
   std::shared_ptr<const Scene> bounds_held_, traced_held_;
-  std::unique_ptr<TracedScene> traced_;
+  std::shared_ptr<const TracedScene> traced_;
   SubjectLight subject_light_;
   std::vector<std::uint8_t> drawn_;  // what render_yuv() converts
 };

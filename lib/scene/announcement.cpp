@@ -86,6 +86,14 @@ int side_of(const json& object, const char* name) {
   return static_cast<int>(pixels);
 }
 
+/// 0 where there is none.
+int version_of(const json& root) {
+  const double count = finite_number(root.value("scene_version", json(0)), "scene_version");
+  if (count != std::floor(count) || count < 0.0 || count > INT_MAX)
+    throw broken("'scene_version' must be a whole number from 0 on");
+  return static_cast<int>(count);
+}
+
 /// The mesh that shines; -1 where there is none.
 int mesh_of(const json& light) {
   const double mesh = finite_number(light.value("mesh", json(-1)), "mesh");
@@ -149,6 +157,7 @@ std::string announcement_to_json(const Announcement& announcement) {
               {"lights", lights},
               {"exposure", announcement.exposure},
               {"ambient", numbers(announcement.ambient)}};
+  if (announcement.scene_version > 0) out["scene_version"] = announcement.scene_version;
   if (announcement.sky != Vec3f(0.0f)) out["sky"] = numbers(announcement.sky);
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
@@ -169,6 +178,7 @@ Announcement announcement_of(const json& root) {
     Announcement announcement;
     announcement.viewport = camera_from_json(member(root, "viewport"));
     announcement.scene = name_of(member(root, "scene"), "scene");
+    announcement.scene_version = version_of(root);
     const json& lights = member(root, "lights");
     if (!lights.is_array() || lights.size() > most_lights)
       throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));

@@ -19,6 +19,9 @@ struct Announcement {
   Camera viewport;    ///< the camera of the picture; world = scene coordinates, metres
   std::string scene;  ///< name for open_scene(); empty: only the viewport is announced, and scene,
                       ///< lights, exposure and ambient are composite's own
+  int scene_version =
+      0;  ///< of a file: how often it has been written anew and read again under this
+          ///< name; another one is another scene
   std::vector<Light> lights;  ///< the lights as they are in this frame
   float exposure = 1.0f;      ///< as in Scene
   Vec3f ambient{0.0f};        ///< mean indirect irradiance over the scene's surfaces

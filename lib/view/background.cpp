@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <utility>
 
 #include "base/error.h"
 #include "base/srgb.h"
@@ -176,6 +177,12 @@ Background::Work Background::update(const Camera& camera, const std::vector<Ligh
   rows_done_ = 0;
   sums_.clear();
   return lit ? Work::lit : Work::drawn;
+}
+
+void Background::prepare(const std::vector<Light>& lights, float sky, int threads) {
+  const int own = std::exchange(options_.light.threads, threads);
+  apply_lights(lights, sky * sky_);
+  options_.light.threads = own;
 }
 
 void Background::draw(const Camera& camera) {

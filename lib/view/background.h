@@ -81,6 +81,10 @@ class Background {
     options_.method = method;
   }
 
+  /// Computes the light of \p lights and \p sky, as of update(), before there is a view, on at most
+  /// \p threads threads (0: all): the first update() then only draws.
+  void prepare(const std::vector<Light>& lights, float sky, int threads);
+
   /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
   /// whole pass over the picture has been finished and the picture is a better one. Not before the
   /// light is exact.

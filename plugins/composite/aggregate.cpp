@@ -125,17 +125,18 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
   return gst_buffer_pool_acquire_buffer(pool, &buffer, nullptr) == GST_FLOW_OK ? buffer : nullptr;
 }
 
-/// The composite of \p frame, whose reference it takes, of the stream time \p time; null: the pool is
+/// The composite of \p frame, whose reference it takes, of the stream time \p time, in a stream that is
+/// \p live or not; null: the pool is
 /// flushing. \p place is set where it is still to be taken from there.
 GstBuffer* compose(Composite& self, const CompositeSettings& settings, GstBuffer* frame,
-                   GstClockTime time, const std::vector<GstAggregatorPad*>& meshes,
+                   GstClockTime time, bool live, const std::vector<GstAggregatorPad*>& meshes,
                    std::optional<unsigned>& place) {
   g_autoptr(GstBuffer) held = frame;
   const bool video = is_video_output(self.output_info);
   const bool same_memory = !video && self.background_on_gpu == self.output_on_gpu;
   const FrameBuffers buffers{frame, &self.background_info, &self.output_info,
                              self.background_on_gpu, self.output_on_gpu};
-  self.composer.prepare(settings, self.background_info, frame, time, meshes,
+  self.composer.prepare(settings, self.background_info, frame, time, live, meshes,
                         self.background_on_gpu || self.output_on_gpu);
   if (meshes.empty()) self.statistics.count("no-mesh");
   if (self.composer.unusable() > 0)
@@ -260,7 +261,8 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   std::optional<unsigned> place;
   const std::vector<GstAggregatorPad*> meshes = shown(pads, frame.end, settings.max_mesh_age);
   picture = self.picture.of(g_steal_pointer(&picture));
-  GstBuffer* out = compose(self, settings, g_steal_pointer(&picture), stream_time, meshes, place);
+  GstBuffer* out =
+      compose(self, settings, g_steal_pointer(&picture), stream_time, live, meshes, place);
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
   GST_LOG_OBJECT(self.element, "%zu of %zu meshes, %s%s, in %.1f ms: %" GST_PTR_FORMAT,
                  meshes.size(), pads.meshes.size(), self.composer.drawn_by(),

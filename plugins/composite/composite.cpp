@@ -97,6 +97,12 @@ gboolean sink_query(GstAggregator* aggregator, GstAggregatorPad* pad, GstQuery* 
   if (GST_QUERY_TYPE(query) == GST_QUERY_CONTEXT &&
       state_of<Composite>(aggregator).gl.answer(query))
     return TRUE;
+  if (!is_mesh_pad(pad) && is_scene_query(query)) {
+    const SceneFile file = scene_of(query);
+    const bool ready = state_of<Composite>(aggregator).composer.is_ready_for(file);
+    answer_scene(query, followers_ready(aggregator->srcpad, file) && ready);
+    return TRUE;
+  }
   if (!is_mesh_pad(pad) && GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
     answer_background_caps(aggregator->srcpad, query);
     return TRUE;
@@ -144,6 +150,12 @@ void set_context(GstElement* element, GstContext* context) {
 }
 
 }  // namespace
+
+void Composite::property_set(gpointer object, std::string_view name) {
+  if (name != "scene") return;
+  const ObjectLock lock(object);
+  ++settings.scene_choice;
+}
 
 bool Composite::answer(GstQuery* query) {
   return GST_QUERY_TYPE(query) == GST_QUERY_CONTEXT && gl.answer(query);
@@ -223,6 +235,7 @@ void Composite::class_init(gpointer klass) {
       "through-lens (frames that the lens changed; lens-ms: the time for it), motion-blurred "
       "(frames in which the viewport moved), lens-without-scene (frames blurred by a depth that "
       "nobody knows), "
+      "scenes-unusable (that could not be loaded while playing: the last one stayed), "
       "viewports-unusable (frames with an impossible viewport or broken key frames: the last one "
       "stayed), image-based (subjects drawn so), image-based-refused (that could not), "
       "announcements, "

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "plugins/common/live/live_aggregator.h"
@@ -30,6 +31,7 @@ struct Composite : LiveAggregator {
   static void class_init(gpointer klass);
 
   explicit Composite(gpointer object);
+  void property_set(gpointer object, std::string_view name);
   bool hear(GstAggregatorPad* pad, GstEvent* event);
   gboolean navigate(GstEvent* event);
   bool answer(GstQuery* query);

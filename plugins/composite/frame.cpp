@@ -6,12 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <system_error>
 
 #include "base/error.h"
 #include "base/stopwatch.h"
-#include "builtin/room.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/depth_meta.h"
 #include "plugins/common/memory/planes_meta.h"
@@ -61,37 +58,14 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "through-lens",
                       "motion-blurred",
                       "lens-without-scene",
+                      "scenes-unusable",
                       "viewports-unusable",
                       "pixels-shaded",
                       "pixels-changed"});
 }
 
-/// The scene of that name. Where it cannot be read, the last one stays, and the file is not read again
-/// before it has changed: whoever announces it does so with each frame.
-std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
-  if (scene_ && scene_name_ == name) return scene_;
-  std::error_code none;
-  const auto written = std::filesystem::last_write_time(name, none);
-  if (failed_scene_ && failed_scene_->name == name && failed_scene_->written == written)
-    throw failed_scene_->why;
-  try {
-    scene_ = std::make_shared<const Scene>(open_scene(name));
-  } catch (const Error& error) {
-    failed_scene_ = {name, written, error};
-    throw;
-  }
-  scene_name_ = name;
-  failed_scene_.reset();
-  return scene_;
-}
-
-void FrameComposer::announce(std::optional<Announcement> announcement) {
-  if (announcement && !announcement->scene.empty()) open(announcement->scene);
-  announcement_ = std::move(announcement);
-}
-
 void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInfo& info,
-                            GstBuffer* background, GstClockTime time,
+                            GstBuffer* background, GstClockTime time, bool live,
                             const std::vector<GstAggregatorPad*>& meshes, bool on_gpu) {
   settings_ = render_settings(settings);
   view_ = settings.view;
@@ -110,20 +84,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   for (GstAggregatorPad* pad : meshes) add_subject(pad, by_image);
   fading_ = std::any_of(opacities_.begin(), opacities_.end(), [](float o) { return o < 1.0f; });
   set_viewport(settings, time);
-  if (announcement_ && !announcement_->scene.empty()) {
-    frame_.scene = open(announcement_->scene);
-    frame_.lights = announcement_->lights;
-    frame_.exposure = announcement_->exposure;
-    frame_.ambient = announcement_->ambient;
-    frame_.sky = announcement_->sky;
-  } else {
-    frame_.scene = settings.scene.empty() ? nullptr : open(settings.scene);
-    frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
-    frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)
-                      : frame_.scene          ? frame_.scene->exposure
-                                              : 1.0f;
-    frame_.ambient = frame_.sky = Vec3f(0.0f);
-  }
+  set_scene(settings, live);
   set_lens(settings, info, background);
   number_ = GST_BUFFER_PTS_IS_VALID(background) ? GST_BUFFER_PTS(background) : number_ + 1;
   on_gpu_ = on_gpu;
@@ -131,6 +92,10 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   plan_ = {};
   if (frame_.subjects.empty()) return;
   with_gl_ = !by_image && draws_with_gl(settings.backend, on_gpu);
+  scenes_.want_rays(!with_gl_ || std::any_of(frame_.subjects.begin(), frame_.subjects.end(),
+                                             [](const RenderSubject& subject) {
+                                               return subject.lighting != SubjectLighting::off;
+                                             }));
   // The processor uploads nothing, and of pictures in OpenGL's memory nobody does.
   frame_.background_content = 0;
   if (with_gl_ && !on_gpu && !lens_.active() && !fading_)
@@ -146,29 +111,6 @@ RenderPlan FrameComposer::plan() {
   if (with_gl_) return gl_.plan(frame_, settings_);
   if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
   return processor_->plan(frame_, settings_);
-}
-
-/// The background's, else that of the properties. One that is impossible for a moment does not end the
-/// stream.
-void FrameComposer::set_viewport(const CompositeSettings& settings, GstClockTime time) {
-  if (announcement_) {
-    viewport_ = announcement_->viewport;
-  } else {
-    try {
-      const KeyFrames* keys = key_frames_.of(settings.key_frames);
-      const double seconds =
-          GST_CLOCK_TIME_IS_VALID(time) ? static_cast<double>(time) / GST_SECOND : 0.0;
-      viewport_ = viewport_camera(
-          keys ? keys->at(seconds) : KeyFrames::View{settings.pose(), settings.field_of_view, 0},
-          frame_.width, frame_.height);
-      viewport_.distortion = settings.distortion();
-    } catch (const Error& error) {
-      if (viewport_.width != frame_.width || viewport_.height != frame_.height) throw;
-      statistics_.warn(gl_.element(), "viewports-unusable",
-                       fmt::format("{} The last viewport stays.", error.what()));
-    }
-  }
-  frame_.viewport = viewport_;
 }
 
 /// What is drawn of the pad's mesh by its silhouettes, made once; null where they are of no use.
@@ -387,10 +329,10 @@ void FrameComposer::reset() {
   processor_.reset();
   background_content_.reset();
   background_video_.reset();
-  scene_.reset();
-  scene_name_.clear();
-  failed_scene_.reset();
+  own_.reset();
+  choice_ = not_looked_at;
   frame_ = {};
+  scenes_.reset();
   plan_ = {};
   viewport_ = {};
   lens_ = {};

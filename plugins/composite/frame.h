@@ -6,7 +6,6 @@
 
 #include <gst/video/video.h>
 
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,6 +20,7 @@
 #include "plugins/composite/background_content.h"
 #include "plugins/composite/background_video.h"
 #include "plugins/composite/gl.h"
+#include "plugins/composite/open_scenes.h"
 #include "plugins/composite/pad.h"
 #include "plugins/composite/properties.h"
 #include "render/lens/lens_picture.h"
@@ -53,10 +53,15 @@ class FrameComposer {
 
   /// Gets the frame ready: what is to be drawn, and by what. \p meshes are the pads with a mesh to
   /// show, \p background the frame that may have planes attached, \p time its stream time where it is
-  /// valid; \p on_gpu: a picture comes or goes in OpenGL's memory. Throws Error where the scene cannot
+  /// valid, of a stream that is \p live or not; \p on_gpu: a picture comes or goes in OpenGL's memory. Throws Error where the scene cannot
   /// be opened, there has been no viewport and this is none, or OpenGL is asked for and not to be had.
   void prepare(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background,
-               GstClockTime time, const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
+               GstClockTime time, bool live, const std::vector<GstAggregatorPad*>& meshes,
+               bool on_gpu);
+
+  /// Whether \p file can be announced without holding up a frame; where not, it is loaded beside. From
+  /// any thread.
+  bool is_ready_for(const SceneFile& file) { return scenes_.is_ready(file); }
 
   /// Whether the background is the result as it is.
   bool untouched() const {
@@ -94,7 +99,9 @@ class FrameComposer {
   void reset();
 
  private:
-  std::shared_ptr<const Scene> open(const std::string& name);
+  OpenScenes::Open announced_scene();
+  const OpenScenes::Open& own_scene(const CompositeSettings& settings, bool live);
+  void set_scene(const CompositeSettings& settings, bool live);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
                                          bool later);
@@ -134,14 +141,12 @@ class FrameComposer {
   BackgroundVideo background_video_;
   std::optional<Announcement> announcement_;
   ViewportKeyFrames key_frames_;
-  std::string scene_name_;
-  std::shared_ptr<const Scene> scene_;
-  struct FailedScene {
-    std::string name;
-    std::filesystem::file_time_type written;
-    Error why;
-  };
-  std::optional<FailedScene> failed_scene_;
+  OpenScenes scenes_;
+  SceneVersions versions_;  // of the property's
+  static constexpr std::uint64_t not_looked_at = ~std::uint64_t{0};
+  std::uint64_t choice_ = not_looked_at;  // CompositeSettings::scene_choice that wanted_ is of
+  SceneFile wanted_;                      // no name: no scene
+  std::optional<OpenScenes::Open> own_;   // the property's; none: no frame yet
   RenderFrame frame_;
   std::vector<float> opacities_;  // of its subjects
   bool fading_ = false;           // any of them is below 1

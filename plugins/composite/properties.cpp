@@ -108,7 +108,10 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "scene", "Scene",
           "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or builtin:room. "
           "Used where the background does not announce its scene; unset, there is then no scene: "
-          "nothing hides the subject, and it throws no shadow."),
+          "nothing hides the subject, and it throws no shadow. While playing the next one is "
+          "loaded "
+          "beside the last one, which live frames have until then; a file that was written anew is "
+          "loaded again when it is set again."),
       property<&S::exposure>(
           "exposure", "Exposure",
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "

@@ -39,6 +39,7 @@ enum class CompositeView {
 /// Times in ns.
 struct CompositeSettings : ViewportSettings {
   std::string scene;
+  std::uint64_t scene_choice = 0;  // how often scene has been set
   double exposure = 0.0;
   Backend backend = Backend::automatic;
   SubjectShape subject = SubjectShape::mesh;

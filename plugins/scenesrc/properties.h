@@ -21,6 +21,7 @@ enum class Refinement { automatic, always, never };
 /// Metres, degrees, and degrees per second of stream time.
 struct SceneSettings : ViewportSettings {
   std::string scene;
+  std::uint64_t scene_choice = 0;  // how often scene has been set
   std::string camera;
   ViewportPath path = ViewportPath::still;
   double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;

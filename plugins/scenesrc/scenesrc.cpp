@@ -37,7 +37,7 @@ struct SceneSrc : FrameSource {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
                         "light-loads", "light-exact", "light-rays", "rays", "pixels-smoothed",
-                        "samples", "warnings", "clipped"});
+                        "samples", "scene-changes", "scenes-unusable", "warnings", "clipped"});
     gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
     gst_pad_add_probe(GST_BASE_SRC_PAD(object), GST_PAD_PROBE_TYPE_BUFFER, announce, object,
                       nullptr);
@@ -45,6 +45,10 @@ struct SceneSrc : FrameSource {
   void property_set(gpointer object, std::string_view name) {
     if (name == "is-live")
       gst_base_src_set_live(GST_BASE_SRC(object), snapshot(object, settings).live);
+    if (name == "scene") {
+      const ObjectLock lock(object);
+      ++settings.scene_choice;
+    }
   }
   /// Reads the scene.
   void open(GstElement* element) {
@@ -105,6 +109,22 @@ std::optional<TrackedPose> tracked_at(SceneSrc& self, GstBaseSrc* source, GstClo
                                                               : std::nullopt);
 }
 
+/// Has the stream show the scene that is asked for, as soon as that can be; true if that is another one.
+bool follow_scene(SceneSrc& self, GstBaseSrc* source, const SceneSettings& settings) {
+  SceneWish wish;
+  wish.live = gst_base_src_is_live(source);
+  wish.stopped = [&] { return self.track.unlocked(); };
+  wish.followed = [&](const SceneFile& file) {
+    return followers_ready(GST_BASE_SRC_PAD(source), file);
+  };
+  wish.warn = [&](const std::string& why) {
+    self.statistics.warn(GST_ELEMENT(source), "scenes-unusable", why);
+  };
+  if (!self.stream.follow_scene(settings, wish)) return false;
+  self.statistics.count("scene-changes");
+  return true;
+}
+
 /// What became of a frame.
 struct DrawnFrame {
   FrameClock::Frame clock;
@@ -131,7 +151,7 @@ void tell(GstElement* element, SceneSrc& self, const SceneSettings& settings,
     const Background& background = self.stream.background();
     self.statistics.count(background.light_was_kept() ? "light-loads" : "light-fills");
     self.statistics.set_count("light-points", background.light_nodes());
-    self.statistics.set("light-ms", frame.spent);
+    self.statistics.set("light-ms", self.stream.take_light_ms().value_or(frame.spent));
   }
   const bool exact = self.stream.background().light_is_exact();
   const std::string& why = self.stream.background().light_not_kept();
@@ -155,10 +175,12 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const GstVideoInfo info = snapshot(push, self.info);
     if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open())
       return GST_FLOW_NOT_NEGOTIATED;
+    const bool other = follow_scene(self, source, snapshot(push, self.settings));
+    if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     const Stopwatch watch;
     const LoopWatch loops;
     const std::string said = stream.background().light_not_kept();
-    if (!stream.is_lit())
+    if (other || !stream.is_lit())
       if (const std::string why = stream.about_scene(snapshot(push, self.settings)); !why.empty())
         statistics.warn(GST_ELEMENT(push), "warnings", why);
     bool lit = false;
@@ -244,7 +266,9 @@ void SceneSrc::class_init(gpointer klass) {
       "pixels-smoothed (of drawn frames: that show several triangles, or with rays are drawn with "
       "eight), samples (per pixel, in the picture now), light-fills (how often the light was "
       "computed), light-loads (found in a file), light-exact (1: it is not on its way there), "
-      "light-rays (of the light in the picture), light-points, warnings, clipped (1: most of a "
+      "light-rays (of the light in the picture), light-points, scene-changes, scenes-unusable "
+      "(that "
+      "could not be loaded while playing: the last one stayed), warnings, clipped (1: most of a "
       "picture was "
       "white, as a warning said once); of the pad track poses, "
       "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "

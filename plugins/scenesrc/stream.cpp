@@ -3,63 +3,50 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "base/error.h"
-#include "builtin/room.h"
 #include "plugins/common/live/live_pad.h"
 #include "plugins/common/memory/planes_meta.h"
-#include "scene/assumed_light.h"
 
 namespace polyhull::element {
 namespace {
 
-constexpr int refined_rows = 4;         // between two looks at the clock
-constexpr int refined_share = 5;        // of the time until a live frame leaves, one part
-constexpr float bounce_spacing = 5.6f;  // of the spacing of the straight light
-constexpr int bounces_by_spots = 1024;  // what a spot lights is small, and found by few directions
+constexpr int refined_rows = 4;   // between two looks at the clock
+constexpr int refined_share = 5;  // of the time until a live frame leaves, one part
 
 }  // namespace
 
 void SceneStream::open(const SceneSettings& settings) {
   close();
-  said_clipped_ = false;
-  const std::filesystem::path folder =
-      settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
-                           : std::filesystem::path();
-  Scene scene = open_scene(settings.scene, folder);
-  assumed_ = scene.lights.empty();
-  if (assumed_) assume_light(scene);
-  lights_ = scene.lights;
-  exposure_ = scene.exposure;
-  BackgroundOptions options;
-  options.light.spacing = static_cast<float>(settings.light_spacing);
-  options.light.bounce_spacing = bounce_spacing * options.light.spacing;
-  if (std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return l.is_spot(); }))
-    options.light.bounce_samples = bounces_by_spots;
-  options.light_folder = folder;
-  options.progressive = settings.live && settings.progressive;
-  options.method = settings.method;
-  options.view.contrast = static_cast<float>(settings.smoothing);
-  options.paths.light_samples = 2;
-  background_ = std::make_unique<Background>(std::move(scene), options);
+  scenes_.open(settings);
 }
 
 void SceneStream::close() {
   sent_.reset();
-  background_.reset();
+  scenes_.close();
+  other_scene_ = false;
   camera_ = Camera{};
   lens_watch_ = {};
   announced_.clear();
+}
+
+bool SceneStream::follow_scene(const SceneSettings& settings, const SceneWish& wish) {
+  const bool followed = scenes_.follow(settings, wish);
+  other_scene_ |= followed;
+  return followed;
 }
 
 Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
                                    const SceneSettings& settings, const ViewportControl& control,
                                    const std::optional<TrackedPose>& tracked,
                                    const GstVideoInfo& info, GstClockTime pts) {
+  OpenedScene& shown = scenes_.shown();
+  Background& background = *shown.background;
   try {
     camera_ = scene_viewport(settings, control, tracked, key_frames_.of(settings.key_frames),
-                             background_->scene(), static_cast<double>(pts) / GST_SECOND,
-                             info.width, info.height);
+                             background.scene(), static_cast<double>(pts) / GST_SECOND, info.width,
+                             info.height);
     aperture_ = tracked ? aperture_of(*tracked) : 0.0;
     focus_distance_ = tracked ? tracked->focus_distance_m.value_or(0.0) : 0.0;
     if (const std::string why = lens_watch_.look(camera_); !why.empty())
@@ -67,25 +54,33 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
   } catch (const Error& error) {
     // A viewport that is impossible for a moment does not end the stream.
     if (camera_.width != info.width || camera_.height != info.height) throw;
-    statistics.warn(element, "warnings", fmt::format("{} The last viewport stays.", error.what()));
+    // It may be one of the scene to come.
+    if (!scenes_.is_awaited())
+      statistics.warn(element, "warnings",
+                      fmt::format("{} The last viewport stays.", error.what()));
   }
-  background_->set_method(settings.method);
-  background_->set_contrast(static_cast<float>(settings.smoothing));
-  return background_->update(
-      camera_, scene_lights(settings, lights_, assumed_),
-      exposure_ * static_cast<float>(std::exp2(settings.exposure_compensation)),
-      light_factor(settings, assumed_));
+  background.set_method(settings.method);
+  background.set_contrast(static_cast<float>(settings.smoothing));
+  const Background::Work work = background.update(
+      camera_, scene_lights(settings, shown.lights, shown.assumed),
+      shown.exposure * static_cast<float>(std::exp2(settings.exposure_compensation)),
+      light_factor(settings, shown.assumed));
+  const bool other = std::exchange(other_scene_, false);
+  if (shown.light_ms) return Background::Work::lit;
+  // The picture is not the last one that was sent.
+  return other && work == Background::Work::none ? Background::Work::drawn : work;
 }
 
 std::string SceneStream::about_scene(const SceneSettings& settings) const {
-  const Scene& scene = background_->scene();
+  const OpenedScene& shown = scenes_.shown();
+  const Scene& scene = shown.background->scene();
   std::string said;
-  if (assumed_ && !settings.assumed_light)
+  if (shown.assumed && !settings.assumed_light)
     said = fmt::format(
         "The scene '{}' holds no light, and none is assumed: it is dark. Give it a lamp, sun or "
         "glowing plane, or set assumed-light=true.",
         scene.name);
-  else if (assumed_)
+  else if (shown.assumed)
     said = fmt::format(
         "The scene '{}' holds no light: an even sky and a sun from the right above the front are "
         "assumed, which do not reach into closed rooms. Give it a lamp, sun or glowing plane, or "
@@ -98,36 +93,38 @@ std::string SceneStream::about_scene(const SceneSettings& settings) const {
 }
 
 std::string SceneStream::clipped(const SceneSettings& settings) {
-  constexpr std::size_t step = 31;  // pixels: a sample is enough, and costs nothing
-  constexpr float shown = 0.18f;    // of white: photographers' middle grey, for half of the pixels
-  if (said_clipped_) return {};
-  const std::vector<Vec3f>& picture = background_->picture();
+  constexpr std::size_t step = 31;      // pixels: a sample is enough, and costs nothing
+  constexpr float middle_grey = 0.18f;  // of white, for half of the pixels
+  OpenedScene& shown = scenes_.shown();
+  if (shown.said_clipped) return {};
+  const std::vector<Vec3f>& picture = shown.background->picture();
   std::vector<float> light;
   for (std::size_t i = 0; i < picture.size(); i += step)
     light.push_back(glm::dot(picture[i], Vec3f(0.2126f, 0.7152f, 0.0722f)));
   const auto white = std::count_if(light.begin(), light.end(), [](float l) { return l >= 1.0f; });
   if (2 * static_cast<std::size_t>(white) <= light.size()) return {};
-  said_clipped_ = true;
+  shown.said_clipped = true;
   const auto middle = light.begin() + static_cast<std::ptrdiff_t>(light.size() / 2);
   std::nth_element(light.begin(), middle, light.end());
-  const float factor = shown / *middle;
+  const float factor = middle_grey / *middle;
   const double stops = std::log2(factor), compensation = settings.exposure_compensation + stops;
   return fmt::format(
       "Most of the picture is clipped to white ({:.0f} %): for the lights of '{}' it is exposed "
       "{:.1f} stops too long. Set {}the scene's exposure to {:.3g}; of a file from Blender, look "
       "at "
       "the units of its lamps (\"Light units\" in docs/scenes.md).",
-      100.0 * static_cast<double>(white) / static_cast<double>(light.size()),
-      background_->scene().name, -stops,
+      100.0 * static_cast<double>(white) / static_cast<double>(light.size()), shown.file.name,
+      -stops,
       compensation >= -10.0 ? fmt::format("exposure-compensation={:.1f}, or ", compensation) : "",
-      exposure_ * factor);
+      shown.exposure * factor);
 }
 
 bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {
-  if (background_->samples() >= settings.samples || settings.refinement == Refinement::never) {
+  Background& background = *scenes_.shown().background;
+  if (background.samples() >= settings.samples || settings.refinement == Refinement::never) {
     return false;
   }
-  if (settings.refinement == Refinement::always) return background_->refine(background_->height());
+  if (settings.refinement == Refinement::always) return background.refine(background.height());
   if (!GST_CLOCK_TIME_IS_VALID(due)) return false;
   // A part of the time that is left: cameras and compositor want the processor, too.
   const std::int64_t begin = running_time_now(GST_ELEMENT_CAST(source));
@@ -136,30 +133,31 @@ bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstC
   bool better = false;
   for (std::int64_t now = begin; !better && now != no_time && now < end;
        now = running_time_now(GST_ELEMENT_CAST(source)))
-    better = background_->refine(refined_rows);
+    better = background.refine(refined_rows);
   return better;
 }
 
 GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
   const GstVideoFormat format = GST_VIDEO_INFO_FORMAT(&info);
+  const Background& background = *scenes_.shown().background;
   if (changed || sent_ == nullptr || sent_format_ != format ||
       gst_buffer_get_size(sent_.get()) != info.size) {
     MappedMemory memory(gst_allocator_alloc(nullptr, info.size, nullptr), GST_MAP_WRITE);
     const bool bgr = format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA;
-    background_->write(memory.data(),
-                       static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)),
-                       bgr ? 2 : 0);
+    background.write(memory.data(), static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)),
+                     bgr ? 2 : 0);
     sent_.reset(gst_buffer_new());
     gst_buffer_append_memory(sent_.get(), gst_memory_ref(memory.memory()));
     sent_format_ = format;
   }
   GstBuffer* buffer = gst_buffer_copy(sent_.get());
-  set_planes(buffer, background_->planes());
+  set_planes(buffer, background.planes());
   return buffer;
 }
 
 GstEvent* SceneStream::take_announcement() {
-  Announcement announcement = background_->announcement();
+  Announcement announcement = scenes_.shown().background->announcement();
+  announcement.scene_version = scenes_.shown().file.version;
   announcement.aperture = aperture_;
   announcement.focus_distance = focus_distance_;
   std::string json = announcement_to_json(announcement);

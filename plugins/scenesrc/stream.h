@@ -6,14 +6,14 @@
 #include <gst/base/gstbasesrc.h>
 #include <gst/video/video.h>
 
-#include <memory>
 #include <optional>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "plugins/common/memory/mapped_memory.h"
 #include "plugins/common/statistics.h"
 #include "plugins/scenesrc/properties.h"
+#include "plugins/scenesrc/scenes.h"
 #include "view/background.h"
 
 namespace polyhull::element {
@@ -27,8 +27,16 @@ class SceneStream {
   /// Reads the scene. Throws Error.
   void open(const SceneSettings& settings);
   void close();
-  bool is_open() const { return background_ != nullptr; }
-  Background& background() { return *background_; }
+  bool is_open() const { return scenes_.is_open(); }
+  Background& background() { return *scenes_.shown().background; }
+
+  /// Goes over to the scene of \p settings once it can be drawn; true if it does.
+  bool follow_scene(const SceneSettings& settings, const SceneWish& wish);
+
+  /// ms that the light took that draw() told of where that was not the frame's time; once.
+  std::optional<double> take_light_ms() {
+    return std::exchange(scenes_.shown().light_ms, std::nullopt);
+  }
 
   /// Makes the background's picture that of stream time \p pts, from \p tracked where it tells a camera;
   /// what it did. An impossible viewport
@@ -44,7 +52,7 @@ class SceneStream {
   /// What is to be said of a scene without light, or of which parts are not drawn; empty: nothing.
   std::string about_scene(const SceneSettings& settings) const;
 
-  /// What is to be said, once, of a picture most of which is white for being exposed too long; empty:
+  /// What is to be said, once for each scene, of a picture most of which is white for being exposed too long; empty:
   /// it is not.
   std::string clipped(const SceneSettings& settings);
 
@@ -59,12 +67,9 @@ class SceneStream {
   GstEvent* take_announcement();
 
  private:
-  std::unique_ptr<Background> background_;
+  Scenes scenes_;
+  bool other_scene_ = false;  // than in the last picture
   ViewportKeyFrames key_frames_;
-  std::vector<Light> lights_;  // as in the scene's file
-  float exposure_ = 1.0f;      // as in the scene's file
-  bool assumed_ = false;       // these two, and a sky: the file has no light
-  bool said_clipped_ = false;
   // The last picture. Its memory is in two buffers wherever one of them is sent: nobody may write to it.
   Ref<GstBuffer> sent_;
   GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;

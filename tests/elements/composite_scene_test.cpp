@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Scenes that a background announces and composite cannot read, or not yet.
+// Scenes that a background announces and composite cannot read, or not yet; scenes that change while
+// playing.
 #include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "composite_bench.h"
 #include "scene/announcement.h"
@@ -33,10 +35,11 @@ struct Announced : Bench {
     gst_harness_push(mesh, mesh_buffer(0));
   }
   guint64 count(const char* name) const { return test::statistic(element, name); }
-  void show(const std::string& scene) {
+  std::vector<std::uint8_t> show(const std::string& scene, int version = 0) {
     Announcement announcement;
     announcement.viewport = synthetic::look_at({0, 1.2, 4.0}, {0, 1, 0}, width, height, 50.0);
     announcement.scene = scene;
+    announcement.scene_version = version;
     announcement.lights = synthetic::small_room(true).lights;
     gst_harness_push_event(
         background, gst_event_new_custom(
@@ -44,8 +47,53 @@ struct Announced : Bench {
                         gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
                                           announcement_to_json(announcement).c_str(), nullptr)));
     ++number;
-    gst_buffer_unref(step(frame(frame_time(number - 1)), mesh_buffer(frame_time(number))));
+    return bytes_taken(step(frame(frame_time(number - 1)), mesh_buffer(frame_time(number))));
   }
+  /// Asks as scenesrc does whether composite has the scene ready.
+  bool is_ready(const std::string& scene) {
+    GstQuery* query = gst_query_new_custom(
+        GST_QUERY_CUSTOM, gst_structure_new("polyhull-scene", "scene", G_TYPE_STRING, scene.c_str(),
+                                            "version", G_TYPE_INT, 0, nullptr));
+    fail_unless(gst_pad_peer_query(background->srcpad, query));
+    gboolean ready = FALSE;
+    fail_unless(gst_structure_get_boolean(gst_query_get_structure(query), "ready", &ready));
+    gst_query_unref(query);
+    return ready != FALSE;
+  }
+  void wait_until_ready(const std::string& scene) {
+    for (int i = 0; !is_ready(scene); ++i) {
+      fail_unless(i < 3000, "%s is not loaded", scene.c_str());
+      g_usleep(10'000);
+    }
+  }
+};
+
+/// The small room with its walls and lamp \p wider, which is another picture.
+void save_room(const std::string& path, float wider) {
+  Scene room = synthetic::small_room(true);
+  for (SceneMesh& mesh : room.meshes)
+    for (Vec3f& position : mesh.positions) position.z *= wider;
+  save_scene(room, path);
+}
+
+/// What a composite shows that has had no other scene.
+std::vector<std::uint8_t> alone(const std::string& scene) {
+  Announced bench;
+  return bench.show(scene);
+}
+
+/// Frames with a subject in the scene of the property.
+struct Own : Bench {
+  int number = 0;
+  Own() {
+    gst_util_set_object_arg(G_OBJECT(element), "backend", "processor");
+    gst_harness_push(mesh, mesh_buffer(0));
+  }
+  std::vector<std::uint8_t> next() {
+    ++number;
+    return bytes_taken(step(frame(frame_time(number - 1)), mesh_buffer(frame_time(number))));
+  }
+  void set(const std::string& scene) { g_object_set(element, "scene", scene.c_str(), nullptr); }
 };
 
 }  // namespace
@@ -91,12 +139,103 @@ GST_START_TEST(a_file_that_changes_is_tried_again) {
 }
 GST_END_TEST;
 
+// A scene is loaded beside from the first question on, and gives the picture that it gives alone; of
+// the last two there is a way back at once, others are let go.
+GST_START_TEST(what_is_asked_for_is_loaded_beside) {
+  const Folder folder;
+  const std::string a = folder.scene("a.glb"), b = folder.scene("b.glb"), c = folder.scene("c.glb");
+  save_room(a, 1.0f);
+  save_room(b, 0.8f);
+  save_room(c, 0.7f);
+  const auto of_a = alone(a), of_b = alone(b);
+  fail_unless(of_a != of_b);
+  Announced bench;
+  fail_unless(bench.show(a) == of_a);
+  fail_if(bench.is_ready(b));
+  fail_unless(bench.show(a) == of_a);
+  bench.wait_until_ready(b);
+  std::filesystem::remove(b);  // it is not read again
+  fail_unless(bench.show(b) == of_b);
+  fail_unless(bench.is_ready(a));
+  fail_unless(bench.show(a) == of_a);
+  fail_unless(bench.show(b) == of_b);
+  bench.show(c);
+  fail_unless(bench.is_ready(b));
+  fail_if(bench.is_ready(a));
+  fail_unless(bench.show(a) == of_a, "what is under way is waited for");
+  // Of a file that is not there nothing is awaited.
+  bench.is_ready(folder.scene("missing.glb"));
+  bench.wait_until_ready(folder.scene("missing.glb"));
+  fail_unless_equals_uint64(bench.count("announcements-unusable"), 0);
+}
+GST_END_TEST;
+
+// Of another version a file is read again, and not otherwise.
+GST_START_TEST(a_file_written_anew_is_read_again) {
+  const Folder folder;
+  const std::string a = folder.scene("a.glb");
+  save_room(a, 1.0f);
+  Announced bench;
+  const auto before = bench.show(a);
+  save_room(a, 0.8f);
+  fail_unless(bench.show(a) == before);
+  fail_unless(bench.show(a, 1) == alone(a));
+  fail_unless(bench.show(a, 0) == before, "the one before is kept");
+}
+GST_END_TEST;
+
+// The property's scene: not live it is there with the next frame, live the last one goes on until then.
+GST_START_TEST(the_propertys_scene_changes) {
+  const Folder folder;
+  const std::string a = folder.scene("a.glb"), b = folder.scene("b.glb");
+  save_room(a, 1.0f);
+  save_room(b, 0.8f);
+  std::vector<std::uint8_t> of_a, of_b, of_none;
+  {
+    Own bench;
+    bench.wait_for_all();
+    of_none = bench.next();
+    bench.set(a);
+    of_a = bench.next();
+    bench.set(b);
+    of_b = bench.next();
+    fail_unless(of_a != of_b && of_a != of_none);
+    bench.set(folder.scene("missing.glb"));
+    for (int i = 0; i < 2; ++i) fail_unless(bench.next() == of_b);
+    fail_unless_equals_uint64(statistic(bench.element, "scenes-unusable"), 1);
+    bench.set(a);
+    fail_unless(bench.next() == of_a);
+    save_room(a, 0.8f);
+    std::filesystem::last_write_time(a,
+                                     std::filesystem::last_write_time(a) + std::chrono::seconds(2));
+    fail_unless(bench.next() == of_a);
+    bench.set(a);
+    fail_unless(bench.next() == of_b);
+    bench.set("");
+    fail_unless(bench.next() == of_none);
+  }
+  save_room(a, 1.0f);
+  Own live;
+  live.set(a);
+  fail_unless(live.next() == of_a);
+  live.set(b);
+  fail_unless(live.next() == of_a, "it is loaded beside");
+  for (int i = 0; i < 3000 && live.next() != of_b; ++i) g_usleep(10'000);
+  fail_unless(live.next() == of_b);
+  live.set(a);
+  fail_unless(live.next() == of_a, "the one before is there at once");
+}
+GST_END_TEST;
+
 static Suite* composite_scene_suite(void) {
   Suite* suite = suite_create("composite_scene");
   TCase* tcase = tcase_create("general");
   tcase_set_timeout(tcase, 120);
   tcase_add_test(tcase, the_last_scene_stays);
   tcase_add_test(tcase, a_file_that_changes_is_tried_again);
+  tcase_add_test(tcase, what_is_asked_for_is_loaded_beside);
+  tcase_add_test(tcase, a_file_written_anew_is_read_again);
+  tcase_add_test(tcase, the_propertys_scene_changes);
   suite_add_tcase(suite, tcase);
   return suite;
 }

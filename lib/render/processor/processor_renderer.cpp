@@ -291,7 +291,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
     for (SceneLayer* layer : {&s.direct, &s.mirrored}) layer->forget();
     s.known.clear();
   }
-  s.scene = traced(frame.scene);
+  s.scene = traced(frame);
   s.prepare(frame, plan, settings, statistics_);
   watch.lap();
   s.draw_scene(frame, plan, settings, statistics_);

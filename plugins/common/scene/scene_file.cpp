@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/common/scene/scene_file.h"
+
+#include <sys/resource.h>
+
+#include <system_error>
+
+namespace polyhull::element {
+namespace {
+
+constexpr const char* query_name = "polyhull-scene";
+constexpr int niceness = 10;  // of 19: a third of the time beside one busy thread
+
+}  // namespace
+
+SceneFile SceneVersions::of(const std::string& name) {
+  if (name.empty()) return {"builtin:room", 0};
+  std::error_code gone;
+  const auto written = std::filesystem::last_write_time(name, gone);
+  const auto found = seen_.find(name);
+  if (gone) return {name, found == seen_.end() ? 0 : found->second.version};
+  Seen& seen = seen_.try_emplace(name, Seen{written, 0}).first->second;
+  if (seen.written != written) seen = {written, seen.version + 1};
+  return {name, seen.version};
+}
+
+void give_way() {
+  setpriority(PRIO_PROCESS, 0, niceness);  // on Linux of the thread alone
+}
+
+bool followers_ready(GstPad* pad, const SceneFile& file) {
+  GstQuery* query = gst_query_new_custom(
+      GST_QUERY_CUSTOM, gst_structure_new(query_name, "scene", G_TYPE_STRING, file.name.c_str(),
+                                          "version", G_TYPE_INT, file.version, nullptr));
+  gboolean ready = TRUE;
+  if (gst_pad_peer_query(pad, query))
+    gst_structure_get_boolean(gst_query_get_structure(query), "ready", &ready);
+  gst_query_unref(query);
+  return ready != FALSE;
+}
+
+bool is_scene_query(GstQuery* query) {
+  const GstStructure* asked = gst_query_get_structure(query);
+  return GST_QUERY_TYPE(query) == GST_QUERY_CUSTOM && asked != nullptr &&
+         gst_structure_has_name(asked, query_name) &&
+         gst_structure_get_string(asked, "scene") != nullptr;
+}
+
+SceneFile scene_of(GstQuery* query) {
+  const GstStructure* asked = gst_query_get_structure(query);
+  SceneFile file{gst_structure_get_string(asked, "scene"), 0};
+  gst_structure_get_int(asked, "version", &file.version);
+  return file;
+}
+
+void answer_scene(GstQuery* query, bool ready) {
+  gst_structure_set(gst_query_writable_structure(query), "ready", G_TYPE_BOOLEAN,
+                    ready ? TRUE : FALSE, nullptr);
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Which scene is meant while files are written anew, how one is loaded beside what plays, and how
+/// scenesrc asks whether composite has the next one ready.
+///
+/// A scene that comes while playing would hold up the frame in which composite reads its file. So
+/// scenesrc, once it begins to load it, asks downstream with each frame by the custom query
+/// "polyhull-scene" (fields `scene`, a string, and `version`, an int), upon which composite loads it,
+/// too; the answer is the field `ready`, a boolean. Where nobody answers nobody needs it.
+#pragma once
+
+#include <gst/gst.h>
+
+#include <chrono>
+#include <filesystem>
+#include <future>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace polyhull::element {
+
+/// As Announcement::scene and Announcement::scene_version.
+struct SceneFile {
+  std::string name;
+  int version = 0;
+  bool operator==(const SceneFile&) const = default;
+};
+
+/// Tells files that were written anew from those that were not. For one thread.
+class SceneVersions {
+ public:
+  /// The file \p name as it is now; empty: the built-in room. One that is gone counts as unchanged.
+  SceneFile of(const std::string& name);
+
+ private:
+  struct Seen {
+    std::filesystem::file_time_type written;
+    int version = 0;
+  };
+  std::map<std::string, Seen> seen_;
+};
+
+/// Lets the calling thread give way to those that make pictures.
+void give_way();
+
+/// Does \p work on a thread of its own that gives way.
+template <class Work>
+auto start_beside(Work work) {
+  return std::async(std::launch::async, [work = std::move(work)] {
+    give_way();
+    return work();
+  });
+}
+
+/// Whether \p work, which is under way or has ended, has ended.
+template <class Result>
+bool has_ended(const std::future<Result>& work) {
+  return work.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+/// Whether what follows \p pad can show \p file with the next frame, or does not care.
+bool followers_ready(GstPad* pad, const SceneFile& file);
+
+/// Whether \p query asks that; of such a one the file, and its answer.
+bool is_scene_query(GstQuery* query);
+SceneFile scene_of(GstQuery* query);
+void answer_scene(GstQuery* query, bool ready);
+
+}  // namespace polyhull::element

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The scene and the viewport that are true for a frame.
+#include <utility>
+
+#include "base/error.h"
+#include "plugins/composite/frame.h"
+
+namespace polyhull::element {
+
+/// What the background announces, read already.
+OpenScenes::Open FrameComposer::announced_scene() {
+  return scenes_.now({announcement_->scene, announcement_->scene_version});
+}
+
+/// That of the properties. Where another one comes while playing, the last one stays until it is loaded,
+/// if the stream is live, and where it cannot be.
+const OpenScenes::Open& FrameComposer::own_scene(const CompositeSettings& settings, bool live) {
+  if (settings.scene_choice != choice_) {
+    choice_ = settings.scene_choice;
+    wanted_ = settings.scene.empty() ? SceneFile() : versions_.of(settings.scene);
+  }
+  if (own_ && own_->file == wanted_) return *own_;
+  if (wanted_.name.empty()) return own_.emplace();
+  if (live && own_ && !scenes_.is_ready(wanted_)) return *own_;
+  try {
+    own_ = scenes_.now(wanted_);
+  } catch (const Error& error) {
+    if (!own_) throw;
+    wanted_ = own_->file;
+    statistics_.warn(
+        gl_.element(), "scenes-unusable",
+        fmt::format("The scene cannot be used, and the last one stays: {}", error.what()));
+  }
+  return *own_;
+}
+
+void FrameComposer::announce(std::optional<Announcement> announcement) {
+  if (announcement && !announcement->scene.empty())
+    scenes_.now({announcement->scene, announcement->scene_version});
+  announcement_ = std::move(announcement);
+}
+
+/// The scene and its light: the background's, else those of the properties.
+void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
+  const bool announced = announcement_ && !announcement_->scene.empty();
+  const OpenScenes::Open open = announced ? announced_scene() : own_scene(settings, live);
+  frame_.scene = open.scene;
+  frame_.traced = open.traced;
+  if (announced) {
+    frame_.lights = announcement_->lights;
+    frame_.exposure = announcement_->exposure;
+    frame_.ambient = announcement_->ambient;
+    frame_.sky = announcement_->sky;
+    return;
+  }
+  frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
+  frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)
+                    : frame_.scene          ? frame_.scene->exposure
+                                            : 1.0f;
+  frame_.ambient = frame_.sky = Vec3f(0.0f);
+}
+
+/// The background's, else that of the properties. One that is impossible for a moment does not end the
+/// stream.
+void FrameComposer::set_viewport(const CompositeSettings& settings, GstClockTime time) {
+  if (announcement_) {
+    viewport_ = announcement_->viewport;
+  } else {
+    try {
+      const KeyFrames* keys = key_frames_.of(settings.key_frames);
+      const double seconds =
+          GST_CLOCK_TIME_IS_VALID(time) ? static_cast<double>(time) / GST_SECOND : 0.0;
+      viewport_ = viewport_camera(
+          keys ? keys->at(seconds) : KeyFrames::View{settings.pose(), settings.field_of_view, 0},
+          frame_.width, frame_.height);
+      viewport_.distortion = settings.distortion();
+    } catch (const Error& error) {
+      if (viewport_.width != frame_.width || viewport_.height != frame_.height) throw;
+      statistics_.warn(gl_.element(), "viewports-unusable",
+                       fmt::format("{} The last viewport stays.", error.what()));
+    }
+  }
+  frame_.viewport = viewport_;
+}
+
+}  // namespace polyhull::element

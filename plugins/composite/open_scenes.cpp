@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/composite/open_scenes.h"
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "builtin/room.h"
+
+namespace polyhull::element {
+namespace {
+
+constexpr std::size_t most_held = 2;
+
+std::filesystem::file_time_type written(const SceneFile& file) {
+  std::error_code none;
+  return std::filesystem::last_write_time(file.name, none);
+}
+
+OpenScenes::Open opened(const SceneFile& file, bool rays) {
+  Scene scene = open_scene(file.name);
+  if (!rays) return {file, std::make_shared<const Scene>(std::move(scene)), nullptr};
+  const auto traced = std::make_shared<const TracedScene>(std::move(scene));
+  return {file, {traced, &traced->scene()}, traced};
+}
+
+}  // namespace
+
+/// The one that is held or loaded, moved to the front; null: neither.
+const OpenScenes::Open* OpenScenes::held(const SceneFile& file) {
+  if (next_ && next_->file == file) {
+    held_.insert(held_.begin(), *std::exchange(next_, std::nullopt));
+    if (held_.size() > most_held) held_.pop_back();
+  }
+  const auto found =
+      std::find_if(held_.begin(), held_.end(), [&](const Open& open) { return open.file == file; });
+  if (found == held_.end()) return nullptr;
+  std::rotate(held_.begin(), found, found + 1);
+  return &held_.front();
+}
+
+bool OpenScenes::has_failed(const SceneFile& file) const {
+  return failed_ && failed_->file == file && failed_->written == written(file);
+}
+
+/// What \p work gives becomes next_; throws what it throws, and remembers that.
+void OpenScenes::load(const SceneFile& file, const std::function<Open()>& work) {
+  const auto since = written(file);
+  try {
+    next_ = work();
+    failed_.reset();
+  } catch (const Error& error) {
+    failed_ = {file, since, error};
+    throw;
+  } catch (const std::exception& error) {
+    failed_ = {file, since,
+               Error(Error::Kind::unsupported, "{} cannot be loaded: {}", file.name, error.what())};
+    throw failed_->why;
+  }
+}
+
+/// What was loaded beside, once that has ended: waits for it.
+void OpenScenes::collect() {
+  try {
+    load(under_way_, [&] { return loading_.get(); });
+  } catch (const Error&) {
+    // Said by now(), if that is asked for it.
+  }
+}
+
+OpenScenes::Open OpenScenes::now(const SceneFile& file) {
+  const std::lock_guard lock(mutex_);
+  if (const Open* open = held(file)) return *open;
+  if (loading_.valid() && under_way_ == file) collect();
+  if (const Open* open = held(file)) return *open;
+  if (has_failed(file)) throw failed_->why;
+  load(file, [&] { return opened(file, false); });
+  return *held(file);
+}
+
+bool OpenScenes::is_ready(const SceneFile& file) {
+  const std::lock_guard lock(mutex_);
+  if (loading_.valid() && has_ended(loading_)) collect();
+  const auto is_it = [&](const Open& open) { return open.file == file; };
+  if ((next_ && is_it(*next_)) || std::any_of(held_.begin(), held_.end(), is_it) ||
+      has_failed(file))
+    return true;
+  if (loading_.valid()) return false;
+  under_way_ = file;
+  loading_ = start_beside([file, rays = rays_.load()] { return opened(file, rays); });
+  return false;
+}
+
+void OpenScenes::reset() {
+  const std::lock_guard lock(mutex_);
+  loading_ = {};  // waits for it
+  held_.clear();
+  next_.reset();
+  failed_.reset();
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The scenes that composite has open: the last two that it drew with, and one that is loaded beside.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "base/error.h"
+#include "plugins/common/scene/scene_file.h"
+#include "raytrace/traced_scene.h"
+#include "scene/scene.h"
+
+namespace polyhull::element {
+
+/// For any threads.
+class OpenScenes {
+ public:
+  struct Open {
+    SceneFile file;
+    std::shared_ptr<const Scene> scene;
+    std::shared_ptr<const TracedScene> traced;  ///< null: not made
+  };
+
+  /// The scene of \p file, which is read here and now where it is not there; drawn with from now on.
+  /// Throws Error; one that could not be read is not read again before its file has changed: whoever
+  /// announces it does so with each frame.
+  Open now(const SceneFile& file);
+
+  /// Whether now() would not be held up. Where it would be, \p file is loaded beside, one at a time.
+  bool is_ready(const SceneFile& file);
+
+  /// Whether what is loaded beside is made ready for rays, too.
+  void want_rays(bool wanted) { rays_ = wanted; }
+
+  void reset();
+
+ private:
+  struct Failed {
+    SceneFile file;
+    std::filesystem::file_time_type written;
+    Error why;
+  };
+  const Open* held(const SceneFile& file);
+  bool has_failed(const SceneFile& file) const;
+  void load(const SceneFile& file, const std::function<Open()>& work);
+  void collect();
+
+  std::atomic<bool> rays_ = false;
+  std::mutex mutex_;          // protects all below
+  std::vector<Open> held_;    // the last one first
+  std::optional<Open> next_;  // loaded, and not yet drawn with
+  std::optional<Failed> failed_;
+  SceneFile under_way_;  // of loading_
+  std::future<Open> loading_;
+};
+
+}  // namespace polyhull::element

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/scenesrc/scenes.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "base/error.h"
+#include "base/stopwatch.h"
+#include "base/thread_pool.h"
+#include "builtin/room.h"
+#include "scene/assumed_light.h"
+
+namespace polyhull::element {
+namespace {
+
+constexpr float bounce_spacing = 5.6f;  // of the spacing of the straight light
+constexpr int bounces_by_spots = 1024;  // what a spot lights is small, and found by few directions
+constexpr std::chrono::milliseconds patience{20};  // between two looks at whether to go on waiting
+
+std::unique_ptr<OpenedScene> opened(const SceneFile& file, const SceneSettings& settings) {
+  auto out = std::make_unique<OpenedScene>();
+  out->file = file;
+  const std::filesystem::path folder =
+      settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
+                           : std::filesystem::path();
+  Scene scene = open_scene(file.name, folder);
+  out->assumed = scene.lights.empty();
+  if (out->assumed) assume_light(scene);
+  out->lights = scene.lights;
+  out->exposure = scene.exposure;
+  BackgroundOptions options;
+  options.light.spacing = static_cast<float>(settings.light_spacing);
+  options.light.bounce_spacing = bounce_spacing * options.light.spacing;
+  if (std::any_of(scene.lights.begin(), scene.lights.end(),
+                  [](const Light& l) { return l.is_spot(); }))
+    options.light.bounce_samples = bounces_by_spots;
+  options.light_folder = folder;
+  options.progressive = settings.live && settings.progressive;
+  options.method = settings.method;
+  options.view.contrast = static_cast<float>(settings.smoothing);
+  options.paths.light_samples = 2;
+  out->background = std::make_unique<Background>(std::move(scene), options);
+  return out;
+}
+
+/// The same with its light, beside the frames of another scene: half of the threads are left to those.
+std::unique_ptr<OpenedScene> opened_and_lit(const SceneFile& file, const SceneSettings& settings) {
+  auto out = opened(file, settings);
+  const Stopwatch watch;
+  out->background->prepare(scene_lights(settings, out->lights, out->assumed),
+                           light_factor(settings, out->assumed),
+                           settings.live ? std::max(pool_threads() / 2, 1) : 0);
+  out->light_ms = watch.milliseconds();
+  return out;
+}
+
+}  // namespace
+
+void Scenes::open(const SceneSettings& settings) {
+  close();
+  choice_ = settings.scene_choice;
+  shown_ = opened(versions_.of(settings.scene), settings);
+}
+
+void Scenes::close() {
+  wanted_.reset();
+  if (loading_.valid()) loading_.wait();
+  loading_ = {};
+  for (auto* scene : {&shown_, &before_, &next_}) scene->reset();
+}
+
+/// Whether next_ is what is wanted now. Where that cannot be, nothing is wanted any longer.
+bool Scenes::make_ready(const SceneSettings& settings, const SceneWish& wish) {
+  for (;;) {
+    if (next_ && next_->file == *wanted_) return true;
+    if (before_ && before_->file == *wanted_) {
+      next_ = std::move(before_);
+      return true;
+    }
+    if (!loading_.valid()) {
+      next_.reset();  // the memory first
+      under_way_ = *wanted_;
+      loading_ =
+          start_beside([file = under_way_, settings] { return opened_and_lit(file, settings); });
+    }
+    while (!has_ended(loading_)) {
+      if (wish.live || wish.stopped()) return false;
+      loading_.wait_for(patience);
+    }
+    try {
+      next_ = loading_.get();
+    } catch (const std::exception& error) {
+      // Of what nobody wants any longer nothing is said.
+      if (under_way_ != *wanted_) continue;
+      wanted_.reset();
+      wish.warn(fmt::format("The scene cannot be shown, and the last one, '{}', stays: {}",
+                            shown_->file.name, error.what()));
+      return false;
+    }
+  }
+}
+
+bool Scenes::follow(const SceneSettings& settings, const SceneWish& wish) {
+  if (settings.scene_choice != choice_) {
+    choice_ = settings.scene_choice;
+    wanted_ = versions_.of(settings.scene);
+  }
+  if (wanted_ && *wanted_ == shown_->file) wanted_.reset();
+  if (!wanted_) return false;
+  const bool followed = !wish.live || wish.followed(*wanted_);
+  if (!make_ready(settings, wish) || !followed) return false;
+  before_ = std::exchange(shown_, std::move(next_));
+  wanted_.reset();
+  return true;
+}
+
+}  // namespace polyhull::element

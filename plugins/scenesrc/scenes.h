@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The scenes that scenesrc has open: the one that it shows, the one before it, for a way back, and
+/// one that is made ready beside.
+#pragma once
+
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plugins/common/scene/scene_file.h"
+#include "plugins/scenesrc/properties.h"
+#include "view/background.h"
+
+namespace polyhull::element {
+
+/// A scene and what has been said of it.
+struct OpenedScene {
+  SceneFile file;
+  std::unique_ptr<Background> background;
+  std::vector<Light> lights;  ///< as in the scene's file
+  float exposure = 1.0f;      ///< as in the scene's file
+  bool assumed = false;       ///< these two, and a sky: the file has no light
+  bool said_clipped = false;
+  /// ms that its light took beside the frames before; no longer there once a frame has told of it.
+  std::optional<double> light_ms;
+};
+
+/// Who wants a scene.
+struct SceneWish {
+  bool live = false;  ///< whether frames go on with the last scene meanwhile
+  /// Whether a wait is to end without a scene.
+  std::function<bool()> stopped;
+  /// Whether what follows is ready for the scene, which it makes ready beside from the first question on.
+  std::function<bool(const SceneFile&)> followed;
+  /// Says that a scene could not be had.
+  std::function<void(const std::string&)> warn;
+};
+
+/// For one thread.
+class Scenes {
+ public:
+  /// Reads the first scene. Throws Error.
+  void open(const SceneSettings& settings);
+  void close();
+  bool is_open() const { return shown_ != nullptr; }
+  OpenedScene& shown() const { return *shown_; }
+
+  /// Whether another scene than shown() is being made ready.
+  bool is_awaited() const { return wanted_.has_value(); }
+
+  /// Goes over to the scene of \p settings once it can be drawn; true if shown() is another now. One
+  /// that cannot be opened is said, and the last one stays until the scene is set again.
+  bool follow(const SceneSettings& settings, const SceneWish& wish);
+
+ private:
+  bool make_ready(const SceneSettings& settings, const SceneWish& wish);
+
+  SceneVersions versions_;
+  std::uint64_t choice_ = 0;         // SceneSettings::scene_choice that has been looked at
+  std::optional<SceneFile> wanted_;  // in the place of what is shown
+  std::unique_ptr<OpenedScene> shown_, before_, next_;
+  SceneFile under_way_;  // of loading_
+  std::future<std::unique_ptr<OpenedScene>> loading_;
+};
+
+}  // namespace polyhull::element

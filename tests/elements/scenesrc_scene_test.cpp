@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Scenes that change while they are shown.
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "builtin/shapes.h"
+#include "element_checks.h"
+#include "scene/announcement.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+std::filesystem::path folder;
+
+/// A box of the size \p size on a floor under a lamp \p lamp wide, as the file \p name.
+std::string scene_file(const std::string& name, float size, float lamp = 1.0f) {
+  const std::string path = (folder / name).string();
+  Scene scene;
+  scene.materials.resize(2);
+  scene.materials[1].emission = Vec3f(8.0f / lamp);
+  scene.meshes = {parallelogram("floor", 0, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2}),
+                  box("box", 0, {-size, 0, -size}, {size, 2 * size, size}),
+                  parallelogram("lamp", 1, {-lamp / 2, 2, -lamp / 2}, {lamp, 0, 0}, {0, 0, lamp})};
+  scene.exposure = 0.7f;
+  save_scene(scene, path);
+  return path;
+}
+
+/// What a playing scenesrc has shown, and what is done after which frame.
+struct Shown {
+  GstElement* pipeline = nullptr;
+  GstElement* source = nullptr;
+  std::function<void(Shown&, std::size_t)> after;
+  std::vector<std::string> frames;
+  std::vector<Announcement> announced;  // with each frame
+  std::vector<std::string> said;        // warnings
+  GMutex mutex;                         // protects these three
+  GCond cond;
+
+  explicit Shown(const std::string& properties, std::function<void(Shown&, std::size_t)> then = {})
+      : after(std::move(then)) {
+    g_mutex_init(&mutex);
+    g_cond_init(&cond);
+    pipeline = parse(
+        "scenesrc name=src light-cache=false light-spacing=0.1 eye=1,1.5,2 target=0,0.3,0 " +
+        properties +
+        " ! video/x-raw,format=RGBA,width=32,height=24,framerate=50/1 ! fakesink name=sink sync=" +
+        (properties.find("is-live") != std::string::npos ? "true" : "false"));
+    source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+    GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+    GstPad* pad = gst_element_get_static_pad(sink, "sink");
+    gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, take, this, nullptr);
+    gst_object_unref(pad);
+    gst_object_unref(sink);
+    GstBus* bus = gst_element_get_bus(pipeline);
+    gst_bus_set_sync_handler(bus, hear, this, nullptr);
+    gst_object_unref(bus);
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  }
+  ~Shown() {
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(source);
+    gst_object_unref(pipeline);
+    g_mutex_clear(&mutex);
+    g_cond_clear(&cond);
+  }
+  static GstPadProbeReturn take(GstPad* pad, GstPadProbeInfo* probe, gpointer data) {
+    Shown& self = *static_cast<Shown*>(data);
+    GstMapInfo map;
+    fail_unless(gst_buffer_map(GST_PAD_PROBE_INFO_BUFFER(probe), &map, GST_MAP_READ));
+    GstEvent* event = gst_pad_get_sticky_event(pad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, 0);
+    fail_unless(event != nullptr);
+    g_mutex_lock(&self.mutex);
+    self.frames.emplace_back(reinterpret_cast<const char*>(map.data), map.size);
+    self.announced.push_back(
+        parse_announcement(gst_structure_get_string(gst_event_get_structure(event), "json")));
+    const std::size_t number = self.frames.size() - 1;
+    g_cond_broadcast(&self.cond);
+    g_mutex_unlock(&self.mutex);
+    gst_event_unref(event);
+    gst_buffer_unmap(GST_PAD_PROBE_INFO_BUFFER(probe), &map);
+    if (self.after) self.after(self, number);
+    return GST_PAD_PROBE_OK;
+  }
+  void set(const char* name, const std::string& value) {
+    gst_util_set_object_arg(G_OBJECT(source), name, value.c_str());
+  }
+  guint64 count(const char* name) const { return statistic(source, name); }
+  void wait_for_end() { check_ended(test::wait_for_end(pipeline)); }
+  static GstBusSyncReply hear(GstBus*, GstMessage* message, gpointer data) {
+    Shown& self = *static_cast<Shown*>(data);
+    if (GST_MESSAGE_TYPE(message) != GST_MESSAGE_WARNING) return GST_BUS_PASS;
+    GError* found = nullptr;
+    gst_message_parse_warning(message, &found, nullptr);
+    g_mutex_lock(&self.mutex);
+    self.said.emplace_back(found->message);
+    g_mutex_unlock(&self.mutex);
+    g_clear_error(&found);
+    return GST_BUS_PASS;
+  }
+  /// The number of the first frame that is like \p frame, from \p first on.
+  std::size_t wait_for(const std::string& frame, std::size_t first = 0) {
+    const gint64 end = g_get_monotonic_time() + 30 * G_TIME_SPAN_SECOND;
+    g_mutex_lock(&mutex);
+    for (;; ++first) {
+      while (frames.size() <= first)
+        fail_unless(g_cond_wait_until(&cond, &mutex, end), "the frame that was asked for came not");
+      if (frames[first] == frame) break;
+    }
+    g_mutex_unlock(&mutex);
+    return first;
+  }
+};
+
+/// The picture of a scene that is there from the start.
+std::string picture_of(const std::string& scene, const std::string& properties = "") {
+  Shown shown("num-buffers=1 scene=" + scene + " " + properties);
+  shown.wait_for_end();
+  return shown.frames.at(0);
+}
+
+}  // namespace
+
+// Not live: the frame after the scene was set shows it, to the bit as if it had been there from the
+// start; the one before comes back without being lit again.
+GST_START_TEST(the_next_frame_shows_the_next_scene) {
+  const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f);
+  Shown shown("num-buffers=8 scene=" + a, [&](Shown& self, std::size_t number) {
+    if (number == 1) self.set("scene", b);
+    if (number == 4) self.set("scene", a);
+  });
+  shown.wait_for_end();
+  const std::string of_a = picture_of(a), of_b = picture_of(b);
+  fail_unless(of_a != of_b);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const bool is_b = i >= 2 && i <= 4;
+    fail_unless(shown.frames.at(i) == (is_b ? of_b : of_a), "frame %zu", i);
+    fail_unless(shown.announced[i].scene == (is_b ? b : a), "frame %zu", i);
+    fail_unless_equals_int(shown.announced[i].scene_version, 0);
+  }
+  fail_unless_equals_uint64(shown.count("scene-changes"), 2);
+  fail_unless_equals_uint64(shown.count("light-fills"), 2);
+  fail_unless_equals_uint64(shown.count("frames-drawn"), 3);
+}
+GST_END_TEST;
+
+// Live: frames go on with the last scene until the next is lit, and each is of the scene that is
+// announced with it; the one before is there with the next frame.
+GST_START_TEST(a_live_picture_goes_on_meanwhile) {
+  const std::string live = "is-live=true progressive=false refinement=never light-spacing=0.02";
+  const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f);
+  const std::string of_a = picture_of(a, live), of_b = picture_of(b, live);
+  std::size_t back = 0;
+  Shown shown(live + " scene=" + a, [&](Shown& self, std::size_t number) {
+    if (number == 3) self.set("scene", b);
+    if (back == 0 && self.frames[number] == of_b && number % 2 == 0) {
+      back = number;
+      self.set("scene", a);
+    }
+  });
+  const std::size_t first_b = shown.wait_for(of_b);
+  fail_unless(first_b > 4, "frames were shown meanwhile");
+  const std::size_t last = shown.wait_for(of_a, first_b);
+  gst_element_set_state(shown.pipeline, GST_STATE_PAUSED);
+  fail_unless_equals_int(last, back + 1);
+  for (std::size_t i = 0; i <= last; ++i) {
+    const bool is_b = i >= first_b && i < last;
+    fail_unless(shown.frames[i] == (is_b ? of_b : of_a), "frame %zu", i);
+    fail_unless(shown.announced[i].scene == (is_b ? b : a), "frame %zu", i);
+  }
+  fail_unless_equals_uint64(shown.count("light-fills"), 2);
+}
+GST_END_TEST;
+
+// A file that is not there is said, and the last scene stays; once it is there it is shown when it is
+// set again.
+GST_START_TEST(what_cannot_be_loaded_is_said) {
+  for (const char* live : {"", "is-live=true refinement=never "}) {
+    const std::string a = scene_file("a.glb", 0.2f), late = (folder / "late.glb").string();
+    std::filesystem::remove(late);
+    Shown shown(std::string(live) + "num-buffers=30 scene=" + a,
+                [&](Shown& self, std::size_t number) {
+                  if (number == 1) self.set("scene", late);
+                  if (number == 20) {
+                    scene_file("late.glb", 0.3f);
+                    self.set("scene", late);
+                  }
+                });
+    shown.wait_for_end();
+    fail_unless_equals_int(shown.said.size(), 1);
+    const std::string& said = shown.said.front();
+    fail_unless(said.find("late.glb") != std::string::npos &&
+                    said.find("a.glb', stays") != std::string::npos,
+                "%s", said.c_str());
+    fail_unless_equals_uint64(shown.count("scenes-unusable"), 1);
+    for (std::size_t i = 0; i <= 20; ++i) fail_unless(shown.announced.at(i).scene == a);
+    fail_unless(shown.announced.back().scene == late || *live != '\0');
+  }
+}
+GST_END_TEST;
+
+// A file that is written anew is another scene once it is set again, and announced as such.
+GST_START_TEST(a_file_written_anew_is_read_again) {
+  const std::string c = scene_file("c.glb", 0.2f);
+  const std::string before = picture_of(c);
+  std::string after;
+  Shown shown("num-buffers=6 scene=" + c, [&](Shown& self, std::size_t number) {
+    if (number == 1) {
+      const auto written = std::filesystem::last_write_time(c);
+      scene_file("c.glb", 0.4f);
+      std::filesystem::last_write_time(c, written + std::chrono::seconds(2));
+      after = picture_of(c);
+    }
+    if (number == 0 || number == 3) self.set("scene", c);
+  });
+  shown.wait_for_end();
+  fail_unless(before != after);
+  for (std::size_t i = 0; i < 6; ++i) {
+    fail_unless(shown.frames.at(i) == (i <= 3 ? before : after), "frame %zu", i);
+    fail_unless_equals_int(shown.announced[i].scene_version, i <= 3 ? 0 : 1);
+  }
+}
+GST_END_TEST;
+
+// A stop, or other wishes, while one is loaded.
+GST_START_TEST(wishes_may_change_meanwhile) {
+  const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f),
+                    c = scene_file("c.glb", 0.3f);
+  const std::string live = "is-live=true refinement=never light-spacing=0.02 progressive=false";
+  const std::string of_c = picture_of(c, live);
+  Shown shown(live + " scene=" + a, [&](Shown& self, std::size_t number) {
+    if (number == 1) self.set("scene", b);
+    if (number == 2) self.set("scene", c);
+  });
+  shown.wait_for(of_c);
+  for (const Announcement& announced : shown.announced) fail_if(announced.scene == b);
+  shown.set("scene", b);
+}
+GST_END_TEST;
+
+static Suite* scenesrc_scene_suite() {
+  Suite* suite = suite_create("scenesrc_scene");
+  TCase* tests = tcase_create("general");
+  tcase_set_timeout(tests, 120);
+  suite_add_tcase(suite, tests);
+  folder = std::filesystem::temp_directory_path() /
+           ("polyhull_scenesrc_scene_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  tcase_add_test(tests, the_next_frame_shows_the_next_scene);
+  tcase_add_test(tests, a_live_picture_goes_on_meanwhile);
+  tcase_add_test(tests, what_cannot_be_loaded_is_said);
+  tcase_add_test(tests, a_file_written_anew_is_read_again);
+  tcase_add_test(tests, wishes_may_change_meanwhile);
+  return suite;
+}
+
+int main(int argc, char** argv) {
+  gst_check_init(&argc, &argv);
+  const int failures = gst_check_run_suite(scenesrc_scene_suite(), "scenesrc_scene", __FILE__);
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
+  return failures;
+}
