@@ -330,6 +330,8 @@ void FrameComposer::reset() {
   background_content_.reset();
   background_video_.reset();
   own_.reset();
+  lamps_moved_.reset();
+  lamps_of_.reset();
   choice_ = not_looked_at;
   frame_ = {};
   scenes_.reset();

@@ -101,6 +101,7 @@ class FrameComposer {
  private:
   OpenScenes::Open announced_scene();
   const OpenScenes::Open& own_scene(const CompositeSettings& settings, bool live);
+  OpenScenes::Open with_lamps(const OpenScenes::Open& open);
   void set_scene(const CompositeSettings& settings, bool live);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
@@ -147,6 +148,8 @@ class FrameComposer {
   std::uint64_t choice_ = not_looked_at;  // CompositeSettings::scene_choice that wanted_ is of
   SceneFile wanted_;                      // no name: no scene
   std::optional<OpenScenes::Open> own_;   // the property's; none: no frame yet
+  std::shared_ptr<const Scene> lamps_moved_,
+      lamps_of_;  // the scene with its lamps elsewhere; of which
   RenderFrame frame_;
   std::vector<float> opacities_;  // of its subjects
   bool fading_ = false;           // any of them is below 1

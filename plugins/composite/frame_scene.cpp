@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "plugins/composite/frame.h"
+#include "scene/light_changes.h"
 
 namespace polyhull::element {
 
@@ -40,14 +41,34 @@ void FrameComposer::announce(std::optional<Announcement> announcement) {
   announcement_ = std::move(announcement);
 }
 
+/// \p open with its lamps where the frame's lights are: they hide subjects and lights, or do so no
+/// longer. As long as they stay it is the same one.
+OpenScenes::Open FrameComposer::with_lamps(const OpenScenes::Open& open) {
+  if (!open.scene || !lamps_differ(*open.scene, frame_.lights)) {
+    lamps_moved_.reset();
+    lamps_of_.reset();
+    return open;
+  }
+  if (lamps_of_ != open.scene || !lamps_moved_ || lamps_differ(*lamps_moved_, frame_.lights)) {
+    Scene scene = *open.scene;
+    move_lamps(scene, frame_.lights);
+    lamps_moved_ = std::make_shared<const Scene>(std::move(scene));
+    lamps_of_ = open.scene;
+  }
+  return {open.file, lamps_moved_, nullptr};
+}
+
 /// The scene and its light: the background's, else those of the properties.
 void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
   const bool announced = announcement_ && !announcement_->scene.empty();
-  const OpenScenes::Open open = announced ? announced_scene() : own_scene(settings, live);
+  OpenScenes::Open open = announced ? announced_scene() : own_scene(settings, live);
+  if (announced) {
+    frame_.lights = announcement_->lights;
+    open = with_lamps(open);
+  }
   frame_.scene = open.scene;
   frame_.traced = open.traced;
   if (announced) {
-    frame_.lights = announcement_->lights;
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
     frame_.sky = announcement_->sky;

@@ -3,8 +3,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/error.h"
+#include "scene/light_changes.h"
 
 namespace polyhull::element {
 
@@ -40,6 +42,34 @@ GType enum_type<ViewMethod>() {
 namespace {
 
 using S = SceneSettings;
+
+constexpr Property<S> lights_property() {
+  Property<S> row = property<&S::lights>(
+      "lights", "Lights",
+      "How lights differ from what the scene's file says: entries with semicolons between, each "
+      "the "
+      "name of a light (with spaces in quotes), its number from 1 on or * for all, and what of "
+      "intensity=FACTOR, colour=RED,GREEN,BLUE (linear; 1 as bright as the light's strongest "
+      "channel), move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z) and size=FACTOR "
+      "changes. A change has the scene's light computed anew, unless all lights become brighter "
+      "alike.");
+  row.set = [](S& settings, const GValue* value) {
+    const gchar* text = g_value_get_string(value);
+    try {
+      parse_light_changes(text != nullptr ? text : "");
+    } catch (const Error&) {
+      return false;
+    }
+    settings.lights = text != nullptr ? text : "";
+    return true;
+  };
+  row.form =
+      "light changes as in lamp intensity=0.5 colour=1,0.8,0.6; 2 move=0,-0.2,0 turn=0,90,0 "
+      "size=2, "
+      "with finite numbers and no factor below 0";
+  return row;
+}
+
 constexpr double far = 1e6;
 constexpr Property<S> table[] = {
     property<&S::scene>(
@@ -66,6 +96,7 @@ constexpr Property<S> table[] = {
                               "Angle on the orbit at stream time 0, degrees from the z axis "
                               "towards the x axis, -360 to 360.",
                               -360.0, 360.0),
+    lights_property(),
     property<&S::light_intensity>(
         "light-intensity", "Light intensity",
         "Factor on the brightness of all lights, 0 to 100. A change costs one new picture.", 0.0,
@@ -186,15 +217,19 @@ float light_factor(const SceneSettings& settings, bool assumed) {
   return assumed && !settings.assumed_light ? 0.0f : static_cast<float>(settings.light_intensity);
 }
 
-std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights,
-                                bool assumed) {
+SceneLights scene_lights(const SceneSettings& settings, const std::string& scene,
+                         const Bounds& bounds, std::vector<Light> lights, bool assumed) {
+  SceneLights out;
+  if (!settings.lights.empty())
+    out.missing = change_lights(parse_light_changes(settings.lights), bounds, scene, lights);
   for (Light& light : lights) light.radiance *= light_factor(settings, assumed);
   if (!lights.empty()) {
     lights[0].centre +=
         Vec3f(static_cast<float>(settings.light_x), static_cast<float>(settings.light_y),
               static_cast<float>(settings.light_z));
   }
-  return lights;
+  out.lights = std::move(lights);
+  return out;
 }
 
 }  // namespace polyhull::element

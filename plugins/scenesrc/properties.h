@@ -25,6 +25,7 @@ struct SceneSettings : ViewportSettings {
   std::string camera;
   ViewportPath path = ViewportPath::still;
   double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;
+  std::string lights;  // as parse_light_changes() takes it
   double light_intensity = 1.0;
   double light_x = 0.0, light_y = 0.0, light_z = 0.0;
   bool assumed_light = true;
@@ -49,10 +50,17 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
                       const std::optional<TrackedPose>& tracked, const KeyFrames* keys,
                       const Scene& scene, double seconds, int width, int height);
 
-/// \p lights, as the scene's file has them or as they are \p assumed, brightened and the first one
-/// moved.
-std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights,
-                                bool assumed);
+/// A scene's lights.
+struct SceneLights {
+  std::vector<Light> lights;
+  std::string
+      missing;  ///< what is to be said of those that the property lights names in vain; empty: nothing
+};
+
+/// \p lights, as the file of \p scene has them or as they are \p assumed, changed as the settings say. \p
+/// bounds are the scene's.
+SceneLights scene_lights(const SceneSettings& settings, const std::string& scene,
+                         const Bounds& bounds, std::vector<Light> lights, bool assumed);
 /// The factor on all lights' brightness, 0 for \p assumed ones that are not wanted.
 float light_factor(const SceneSettings& settings, bool assumed);
 

@@ -29,6 +29,7 @@ std::unique_ptr<OpenedScene> opened(const SceneFile& file, const SceneSettings& 
   if (out->assumed) assume_light(scene);
   out->lights = scene.lights;
   out->exposure = scene.exposure;
+  out->bounds = scene_bounds(scene);
   BackgroundOptions options;
   options.light.spacing = static_cast<float>(settings.light_spacing);
   options.light.bounce_spacing = bounce_spacing * options.light.spacing;
@@ -48,8 +49,7 @@ std::unique_ptr<OpenedScene> opened(const SceneFile& file, const SceneSettings& 
 std::unique_ptr<OpenedScene> opened_and_lit(const SceneFile& file, const SceneSettings& settings) {
   auto out = opened(file, settings);
   const Stopwatch watch;
-  out->background->prepare(scene_lights(settings, out->lights, out->assumed),
-                           light_factor(settings, out->assumed),
+  out->background->prepare(out->lights_by(settings).lights, light_factor(settings, out->assumed),
                            settings.live ? std::max(pool_threads() / 2, 1) : 0);
   out->light_ms = watch.milliseconds();
   return out;

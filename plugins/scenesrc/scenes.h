@@ -23,10 +23,15 @@ struct OpenedScene {
   std::unique_ptr<Background> background;
   std::vector<Light> lights;  ///< as in the scene's file
   float exposure = 1.0f;      ///< as in the scene's file
-  bool assumed = false;       ///< these two, and a sky: the file has no light
+  Bounds bounds;
+  bool assumed = false;  ///< these two, and a sky: the file has no light
   bool said_clipped = false;
   /// ms that its light took beside the frames before; no longer there once a frame has told of it.
   std::optional<double> light_ms;
+
+  SceneLights lights_by(const SceneSettings& settings) const {
+    return scene_lights(settings, file.name, bounds, lights, assumed);
+  }
 };
 
 /// Who wants a scene.

@@ -37,7 +37,8 @@ struct SceneSrc : FrameSource {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
                         "light-loads", "light-exact", "light-rays", "rays", "pixels-smoothed",
-                        "samples", "scene-changes", "scenes-unusable", "warnings", "clipped"});
+                        "samples", "scene-changes", "scenes-unusable", "lights-missing", "warnings",
+                        "clipped"});
     gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
     gst_pad_add_probe(GST_BASE_SRC_PAD(object), GST_PAD_PROBE_TYPE_BUFFER, announce, object,
                       nullptr);
@@ -268,7 +269,9 @@ void SceneSrc::class_init(gpointer klass) {
       "computed), light-loads (found in a file), light-exact (1: it is not on its way there), "
       "light-rays (of the light in the picture), light-points, scene-changes, scenes-unusable "
       "(that "
-      "could not be loaded while playing: the last one stayed), warnings, clipped (1: most of a "
+      "could not be loaded while playing: the last one stayed), lights-missing (changes of the "
+      "property lights "
+      "to lights that the scene does not have), warnings, clipped (1: most of a "
       "picture was "
       "white, as a warning said once); of the pad track poses, "
       "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "

@@ -29,6 +29,7 @@ void SceneStream::close() {
   camera_ = Camera{};
   lens_watch_ = {};
   announced_.clear();
+  lights_missing_.clear();
 }
 
 bool SceneStream::follow_scene(const SceneSettings& settings, const SceneWish& wish) {
@@ -61,8 +62,11 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
   }
   background.set_method(settings.method);
   background.set_contrast(static_cast<float>(settings.smoothing));
+  const SceneLights lights = shown.lights_by(settings);
+  if (std::exchange(lights_missing_, lights.missing) != lights.missing && !lights.missing.empty())
+    statistics.warn(element, "lights-missing", lights.missing);
   const Background::Work work = background.update(
-      camera_, scene_lights(settings, shown.lights, shown.assumed),
+      camera_, lights.lights,
       shown.exposure * static_cast<float>(std::exp2(settings.exposure_compensation)),
       light_factor(settings, shown.assumed));
   const bool other = std::exchange(other_scene_, false);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -29,6 +30,7 @@ struct Folder {
 /// Frames with a subject, each announced.
 struct Announced : Bench {
   int number = 0;
+  std::vector<Light> lights = synthetic::small_room(true).lights;
   Announced() {
     wait_for_all();
     gst_util_set_object_arg(G_OBJECT(element), "backend", "processor");
@@ -40,7 +42,7 @@ struct Announced : Bench {
     announcement.viewport = synthetic::look_at({0, 1.2, 4.0}, {0, 1, 0}, width, height, 50.0);
     announcement.scene = scene;
     announcement.scene_version = version;
-    announcement.lights = synthetic::small_room(true).lights;
+    announcement.lights = lights;
     gst_harness_push_event(
         background, gst_event_new_custom(
                         GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
@@ -184,6 +186,54 @@ GST_START_TEST(a_file_written_anew_is_read_again) {
 }
 GST_END_TEST;
 
+// A lamp that is seen hides and shades where it is announced to be, and no longer where the file has it:
+// the picture is that of a file with the lamp there.
+GST_START_TEST(lamps_are_where_they_are_announced) {
+  const Folder folder;
+  Scene room = synthetic::small_room(true);
+  Light lamp{"lamp", {0.1f, 2.4f, 0.6f}, {0.3f, 0, 0}, {0, 0, 0.3f}, Vec3f(14.0f), -1};
+  const auto save_with = [&](const std::string& name) {
+    Scene scene = room;
+    Material shining;
+    shining.emission = lamp.radiance;
+    scene.materials.push_back(shining);
+    SceneMesh mesh;
+    mesh.name = "lamp";
+    mesh.material = static_cast<int>(scene.materials.size()) - 1;
+    const Vec3f corner = lamp.centre - lamp.u - lamp.v;
+    mesh.positions = {corner, corner + 2.0f * lamp.u, corner + 2.0f * lamp.u + 2.0f * lamp.v,
+                      corner + 2.0f * lamp.v};
+    mesh.normals.assign(4, Vec3f(0, -1, 0));
+    mesh.triangles = {0, 1, 2, 0, 2, 3};
+    scene.meshes.push_back(mesh);
+    scene.lights.clear();
+    save_scene(scene, folder.scene(name));
+    return load_scene(folder.scene(name)).lights;
+  };
+  Announced at_once, moving;
+  moving.lights = save_with("high.glb");
+  lamp.centre = {0.3f, 1.9f, 0.5f};  // right below
+  at_once.lights = save_with("low.glb");
+  fail_unless(moving.lights.size() == 1 && moving.lights[0].mesh >= 0);
+  const auto high = moving.show(folder.scene("high.glb"));
+  const auto low = at_once.show(folder.scene("low.glb"));
+  const Light before = moving.lights[0];
+  moving.lights[0].centre = lamp.centre;
+  const auto moved = moving.show(folder.scene("high.glb"));
+  const auto apart = [](const auto& a, const auto& b) {
+    int count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) count += std::abs(a[i] - b[i]) > 2;
+    return count;
+  };
+  fail_unless(apart(high, low) > 1000);
+  fail_unless(apart(moved, low) < 20, "%d", apart(moved, low));
+  fail_unless(moving.show(folder.scene("high.glb")) == moved);
+  fail_unless(moving.count("scene-depth-reused") >= 1);
+  moving.lights[0] = before;
+  fail_unless(moving.show(folder.scene("high.glb")) == high);
+}
+GST_END_TEST;
+
 // The property's scene: not live it is there with the next frame, live the last one goes on until then.
 GST_START_TEST(the_propertys_scene_changes) {
   const Folder folder;
@@ -235,6 +285,7 @@ static Suite* composite_scene_suite(void) {
   tcase_add_test(tcase, a_file_that_changes_is_tried_again);
   tcase_add_test(tcase, what_is_asked_for_is_loaded_beside);
   tcase_add_test(tcase, a_file_written_anew_is_read_again);
+  tcase_add_test(tcase, lamps_are_where_they_are_announced);
   tcase_add_test(tcase, the_propertys_scene_changes);
   suite_add_tcase(suite, tcase);
   return suite;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Scenes that change while they are shown.
+// Scenes, and their lights, that change while they are shown.
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -245,6 +247,66 @@ GST_START_TEST(wishes_may_change_meanwhile) {
 }
 GST_END_TEST;
 
+/// How far the pictures are apart at most, in levels.
+int difference(const std::string& a, const std::string& b) {
+  int most = a.size() == b.size() ? 0 : 255;
+  for (std::size_t i = 0; i < a.size() && most < 255; ++i)
+    most =
+        std::max(most, std::abs(static_cast<std::uint8_t>(a[i]) - static_cast<std::uint8_t>(b[i])));
+  return most;
+}
+
+// A lamp that is moved and made larger from outside gives the picture of a file that has it so, with
+// the next frame, and is announced so.
+GST_START_TEST(lights_change_from_outside) {
+  const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.2f, 2.0f);
+  const std::string of_a = picture_of(a);
+  // The larger lamp of the file gives twice the power.
+  const std::string wide = "lamp size=2 intensity=2";
+  Shown shown("num-buffers=8 scene=" + a, [&](Shown& self, std::size_t number) {
+    if (number == 1) self.set("lights", wide);
+    if (number == 3) self.set("lights", "");
+    if (number == 5) self.set("lights", "1 move=0.3,0,0");
+  });
+  shown.wait_for_end();
+  const std::string of_b = picture_of(b);
+  fail_unless(difference(of_a, of_b) > 8);
+  fail_unless(shown.frames.at(1) == of_a);
+  fail_unless(difference(shown.frames.at(2), of_b) <= 2, "%d", difference(shown.frames[2], of_b));
+  fail_unless(difference(shown.frames.at(4), of_a) <= 1);
+  const std::string moved = picture_of(a, "light-x=0.3");
+  fail_unless(difference(moved, of_a) > 8 && difference(shown.frames.at(6), moved) <= 2);
+  fail_unless(std::abs(shown.announced[2].lights.at(0).u.x) +
+                  std::abs(shown.announced[2].lights[0].v.x) >
+              0.99f);
+  fail_unless(std::abs(shown.announced[6].lights.at(0).centre.x - 0.3f) < 1e-5f);
+}
+GST_END_TEST;
+
+// What is no light change is refused, and lights that are not there are said, with those that are.
+GST_START_TEST(lights_that_are_not_there_are_said) {
+  const std::string a = scene_file("a.glb", 0.2f), of_a = picture_of(a);
+  Shown shown("num-buffers=12 scene=" + a, [&](Shown& self, std::size_t number) {
+    if (number == 1) self.set("lights", "sun intensity=0");
+    if (number == 4) self.set("lights", "lamp intensity=-1");
+    if (number == 6) self.set("lights", "lamp intensity=0");
+  });
+  shown.wait_for_end();
+  fail_unless_equals_uint64(shown.count("lights-missing"), 1);
+  fail_unless_equals_int(shown.said.size(), 2);
+  fail_unless(shown.said[0].find("no light 'sun'; it has 1 'lamp'") != std::string::npos, "%s",
+              shown.said[0].c_str());
+  fail_unless(shown.said[1].find("light changes as in lamp") != std::string::npos, "%s",
+              shown.said[1].c_str());
+  for (std::size_t i = 0; i < 7; ++i) fail_unless(shown.frames.at(i) == of_a, "frame %zu", i);
+  fail_unless(shown.frames.at(7) != of_a);
+  gchar* lights = nullptr;
+  g_object_get(shown.source, "lights", &lights, nullptr);
+  fail_unless_equals_string(lights, "lamp intensity=0");
+  g_free(lights);
+}
+GST_END_TEST;
+
 static Suite* scenesrc_scene_suite() {
   Suite* suite = suite_create("scenesrc_scene");
   TCase* tests = tcase_create("general");
@@ -258,6 +320,8 @@ static Suite* scenesrc_scene_suite() {
   tcase_add_test(tests, what_cannot_be_loaded_is_said);
   tcase_add_test(tests, a_file_written_anew_is_read_again);
   tcase_add_test(tests, wishes_may_change_meanwhile);
+  tcase_add_test(tests, lights_change_from_outside);
+  tcase_add_test(tests, lights_that_are_not_there_are_said);
   return suite;
 }
 

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// How a scene's lights are to differ from what its file says, as people write it:
+///
+///     lamp intensity=0.5; "key light" colour=1,0.8,0.6 move=0,-0.2,0; 3 turn=0,90,0 size=2; * intensity=0.1
+///
+/// Entries end with a semicolon. Each names its lights (all of that name, one by its number from 1 on,
+/// or * for all; a name with spaces or semicolons in quotes) and says what changes:
+/// - `intensity`: factor on the brightness, 0 to 1e6;
+/// - `colour`: red, green and blue (linear, 0 to 1e6) in the place of the light's own, as bright as its
+///   strongest channel where the largest of them is 1;
+/// - `move`: metres along x, y and z; of a sun nothing changes;
+/// - `turn`: degrees about x, then y, then z, through the light's centre; a sun goes around the scene;
+/// - `size`: factor on width and height, 0.001 to 1000, the power staying the same.
+/// Of entries for the same light all hold, the later ones after the earlier ones.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace polyhull {
+
+struct LightChange {
+  std::string light;    ///< as written, without quotes
+  bool quoted = false;  ///< it is a name, even if it looks like a number or is a star
+  float intensity = 1.0f;
+  std::optional<Vec3f> colour;
+  Vec3f move{0.0f};
+  Vec3f turn{0.0f};
+  float size = 1.0f;
+};
+
+/// Throws Error (bad_input) that says which part of \p text is not understood.
+std::vector<LightChange> parse_light_changes(std::string_view text);
+
+/// Changes \p lights, those of a scene within \p bounds. Returns which of the lights that are named are
+/// not there, and which are, in a sentence that begins with \p scene; empty: all are there.
+std::string change_lights(const std::vector<LightChange>& changes, const Bounds& bounds,
+                          const std::string& scene, std::vector<Light>& lights);
+
+/// Whether a mesh of \p scene that shows a light is elsewhere than that light of \p lights; lights beyond
+/// the scene's own, or of other meshes, do not count.
+bool lamps_differ(const Scene& scene, const std::vector<Light>& lights);
+
+/// Brings these meshes, and their lights, there; how bright they are stays.
+void move_lamps(Scene& scene, const std::vector<Light>& lights);
+
+}  // namespace polyhull
