@@ -47,6 +47,7 @@ LampShare::LampShare(const TracedScene& scene, const Light& light, const Mirrore
     : scene_(scene),
       light_(mirrored != nullptr ? mirrored->image : light),
       mirrored_(mirrored),
+      radiance_(light_.radiance),
       points_(spread_points(light.is_area() ? samples : 1,
                             mirrored != nullptr ? mirrored_seed : straight_seed)),
       first_(std::min(points_.size(), static_cast<std::size_t>(std::max(first, 1)))) {}

@@ -29,7 +29,9 @@ class LampShare {
   /// others not, or with \p thorough. Adds to \p rays.
   Float4 at(const SurfaceGrid::Node& node, bool thorough, std::uint64_t& rays) const;
 
-  const Vec3f& radiance() const { return light_.radiance; }
+  const Vec3f& radiance() const { return radiance_; }
+  /// In the place of the light's own.
+  void set_radiance(const Vec3f& radiance) { radiance_ = radiance; }
   bool is_mirrored() const { return mirrored_ != nullptr; }
 
  private:
@@ -44,6 +46,7 @@ class LampShare {
   const TracedScene& scene_;
   const Light& light_;
   const MirroredLight* mirrored_;
+  Vec3f radiance_;
   std::vector<Vec2f> points_;
   std::size_t first_;
 };

@@ -45,18 +45,18 @@ void LightCache::refine_borders(const TracedScene& scene, const LightCacheOption
   const int side = back ? 1 : 0;
   std::vector<SurfaceGrid::Block> cells;
   const std::size_t most = options.most_nodes / border_nodes;
-  if (options.borders)
+  if (options.borders && options.divided)
+    fine_.for_blocks(1, [&](const SurfaceGrid::Block& cell) {
+      if (options.divided->sides[side][cell.first][3] > 0.0f) cells.push_back(cell);
+    });
+  else if (options.borders)
     fine_.for_blocks(1, [&](const SurfaceGrid::Block& cell) {
       if (borders_[side][cell.first] != 0 && cells.size() < most) cells.push_back(cell);
     });
   borders_[side] = {};
-  std::vector<LampShare> lamps;
-  const int first = std::min(options.first_samples, first_ways);
   const int samples = std::min(options.light_samples, most_ways);
-  for (const Light& light : scene.scene().lights)
-    lamps.emplace_back(scene, light, nullptr, first, samples);
-  for (const MirroredLight& light : scene.mirrored_lights())
-    lamps.emplace_back(scene, light.image, &light, first, samples);
+  const std::vector<LampShare> lamps =
+      lamps_of(scene, options, std::min(options.first_samples, first_ways), samples, samples);
   std::vector<Float4>& values = all_.sides[side];
   values.resize(fine_.size() + cells.size() * border_nodes);
   std::atomic<std::uint64_t> rays = 0;

@@ -227,11 +227,30 @@ void LightCache::fill_lamp(const TracedScene& scene, const LightCacheOptions& op
         (*hidden)[i] = 1;
     });
   });
-  if (!options.borders) return;
+  if (!options.borders || options.divided) return;
   std::vector<char>& borders = borders_[back ? 1 : 0];
   fine_.for_blocks(1, [&](const SurfaceGrid::Block& block) {
     if (contrast(shares, block) > sharp) borders[block.first] = 1;
   });
+}
+
+/// The lamps that \p options ask for, and then their images in mirrors.
+std::vector<LampShare> LightCache::lamps_of(const TracedScene& scene,
+                                            const LightCacheOptions& options, int first,
+                                            int samples, int mirrored_samples) {
+  std::vector<LampShare> lamps;
+  const auto is_asked_for = [&](std::size_t light) {
+    return options.lamp < 0 || static_cast<std::size_t>(options.lamp) == light;
+  };
+  const std::vector<Light>& lights = scene.scene().lights;
+  for (std::size_t i = 0; i < lights.size(); ++i)
+    if (is_asked_for(i)) lamps.emplace_back(scene, lights[i], nullptr, first, samples);
+  for (const MirroredLight& light : scene.mirrored_lights())
+    if (is_asked_for(light.light))
+      lamps.emplace_back(scene, light.image, &light, first, mirrored_samples);
+  if (options.lamp >= 0)
+    for (LampShare& lamp : lamps) lamp.set_radiance(Vec3f(1.0f));
+  return lamps;
 }
 
 void LightCache::fill_direct(const TracedScene& scene, const LightCacheOptions& options,
@@ -242,14 +261,12 @@ void LightCache::fill_direct(const TracedScene& scene, const LightCacheOptions& 
   mirrored.assign(fine_.size(), Float4{});
   borders_[side].assign(fine_.size(), 0);
   std::vector<char> hidden(fine_.size(), 0);
-  for (const Light& light : scene.scene().lights) {
-    const LampShare lamp(scene, light, nullptr, options.first_samples, options.light_samples);
-    fill_lamp(scene, options, lamp, back, direct_[side], back ? nullptr : &hidden);
-  }
-  for (const MirroredLight& light : scene.mirrored_lights()) {
-    const LampShare lamp(scene, light.image, &light, options.first_samples,
-                         options.light_samples / 2);
-    fill_lamp(scene, options, lamp, back, mirrored, nullptr);
+  for (const LampShare& lamp : lamps_of(scene, options, options.first_samples,
+                                        options.light_samples, options.light_samples / 2)) {
+    if (lamp.is_mirrored())
+      fill_lamp(scene, options, lamp, back, mirrored, nullptr);
+    else
+      fill_lamp(scene, options, lamp, back, direct_[side], back ? nullptr : &hidden);
   }
   if (back) return;
   std::vector<char> same = hidden;
@@ -275,12 +292,16 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
   std::atomic<std::uint64_t> rays = 0;
   // L_1 along a ray from a node, as the path tracer has it but with the straight light from the
   // cache. Backs of single-sided surfaces are seen from inside bodies only: dark, and counted.
+  const bool alone = options.lamp >= 0;
+  const auto emission = [&](const Surface& surface) {
+    return alone ? Vec3f(surface.light == options.lamp ? 1.0f : 0.0f) : surface.emission;
+  };
   const auto bounce = [&](Ray ray, RayHit hit, std::uint64_t& asked, int& backs) {
     Vec3f radiance(0.0f), throughput(1.0f);
     bool planar = true;
     for (int depth = 0;; ++depth) {
       if (!hit.hit()) {
-        radiance += throughput * scene.scene().sky;
+        if (!alone) radiance += throughput * scene.scene().sky;
         break;
       }
       const Surface surface = scene.plain_surface(ray, hit);
@@ -288,7 +309,7 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
         if (depth == 0) ++backs;
         break;
       }
-      if (surface.light < 0 || depth > 1 || !planar) radiance += throughput * surface.emission;
+      if (surface.light < 0 || depth > 1 || !planar) radiance += throughput * emission(surface);
       const bool mirror = surface.material->is_mirror();
       Vec3f f(0.0f), diffuse(1.0f);
       if (mirror) {

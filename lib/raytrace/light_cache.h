@@ -14,6 +14,7 @@
 
 #include <array>
 #include <atomic>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,8 @@
 #include "raytrace/traced_scene.h"
 
 namespace polyhull {
+
+struct LightValues;
 
 /// How finely the light is kept, and how much is asked for it.
 struct LightCacheOptions {
@@ -34,6 +37,12 @@ struct LightCacheOptions {
   std::size_t most_nodes = 3'000'000;  ///< for larger scenes the grid becomes coarser
   bool borders = true;                 ///< whether cells with borders of light are divided
   int threads = 0;                     ///< of the pool, 0: all
+  /// Of this light alone, as if it shone with radiance 1 and neither the sky nor what else glows did; -1:
+  /// of all that shines. Light is linear: all of it is the sum of the lights alone times their radiance,
+  /// and of the rest.
+  int lamp = -1;
+  /// Cells are divided as in these values, of the same scene and spacing; null: where light has borders.
+  std::shared_ptr<const LightValues> divided;
 };
 
 class LampShare;
@@ -102,6 +111,8 @@ class LightCache {
 
   bool find_double_sided(const Scene& scene);
   bool stopped() const { return stop_ != nullptr && *stop_; }
+  static std::vector<LampShare> lamps_of(const TracedScene& scene, const LightCacheOptions& options,
+                                         int first, int samples, int mirrored_samples);
   void fill_direct(const TracedScene& scene, const LightCacheOptions& options, bool back);
   void fill_lamp(const TracedScene& scene, const LightCacheOptions& options, const LampShare& lamp,
                  bool back, std::vector<Float4>& values, std::vector<char>* hidden);

@@ -45,6 +45,48 @@ std::optional<Vec3f> common_factor(const std::vector<Light>& base, const Vec3f& 
   return factor ? factor : Vec3f(1.0f);
 }
 
+/// Radiances as gain times (base + difference).
+struct Dimming {
+  Vec3f gain{1.0f};
+  std::vector<Vec3f> differences;  // by light
+  std::ptrdiff_t different = 0;    // of these
+};
+
+/// The lights \p now as others than the base's in brightness and colour alone, with as few differences as
+/// there can be; nothing: they are elsewhere, too, or the sky is another. \p scaled: whether there may be a
+/// gain.
+std::optional<Dimming> dimming(const std::vector<Light>& base, const Vec3f& base_sky,
+                               const std::vector<Light>& now, const Vec3f& sky, bool scaled) {
+  constexpr std::size_t most_tried = 8;
+  constexpr float rounding = 1e-5f;
+  const auto positive = [](const Vec3f& v) { return v.x > 0.0f && v.y > 0.0f && v.z > 0.0f; };
+  std::vector<Vec3f> gains{Vec3f(1.0f)};
+  const auto try_ratio = [&](const Vec3f& before, const Vec3f& after) {
+    if (scaled && gains.size() < most_tried && positive(before) && positive(after))
+      gains.push_back(after / before);
+  };
+  try_ratio(base_sky, sky);
+  for (std::size_t i = 0; i < base.size(); ++i) {
+    Light same = now[i];
+    same.radiance = base[i].radiance;
+    if (same != base[i]) return {};
+    try_ratio(base[i].radiance, now[i].radiance);
+  }
+  std::optional<Dimming> best;
+  for (const Vec3f& gain : gains) {
+    if (glm::length(gain * base_sky - sky) > rounding * glm::length(sky)) continue;
+    Dimming found{gain, {}, 0};
+    for (std::size_t i = 0; i < base.size(); ++i) {
+      const Vec3f difference = now[i].radiance / gain - base[i].radiance;
+      const bool same = glm::length(difference) <= rounding * glm::length(base[i].radiance);
+      found.differences.push_back(same ? Vec3f(0.0f) : difference);
+      found.different += same ? 0 : 1;
+    }
+    if (!best || found.different < best->different) best = std::move(found);
+  }
+  return best;
+}
+
 /// Keeps \p light in a file; why it could not, or nothing. The picture does not need it.
 std::string keep(const LightCache& light, const TracedScene& scene,
                  const LightCacheOptions& options, const std::filesystem::path& folder) {
@@ -73,6 +115,28 @@ Background::Background(Scene scene, const BackgroundOptions& options)
 
 Background::~Background() = default;
 
+/// Makes the light that of the scene's lights, if they differ from the base's in brightness and colour
+/// alone, and what each gives may be asked for; else false.
+bool Background::dim_lights(const Vec3f& sky) {
+  const std::vector<Light>& now = traced_.scene().lights;
+  Dimming dimmed;
+  dimmed.differences.resize(now.size());
+  if (const auto factor =
+          other_emitters_ ? std::nullopt : common_factor(base_lights_, base_sky_, now, sky)) {
+    dimmed.gain = *factor;
+  } else {
+    // Of a light that is yet to be exact nobody knows where its borders are.
+    if (gradual_ || light_failed_) return false;
+    auto found = dimming(base_lights_, base_sky_, now, sky, !other_emitters_);
+    if (!found) return false;
+    dimmed = std::move(*found);
+  }
+  if (!lamps_.show(traced_, options_.light, options_.progressive, dimmed.differences, *light_))
+    return false;
+  light_->set_gain(dimmed.gain);
+  return true;
+}
+
 bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky) {
   if (lights.size() != traced_.scene().lights.size()) {
     throw Error(Error::Kind::bad_input,
@@ -87,14 +151,7 @@ bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky
     changed = true;
   }
   if (light_ && !changed) return false;
-  const std::optional<Vec3f> factor =
-      light_ && !other_emitters_
-          ? common_factor(base_lights_, base_sky_, traced_.scene().lights, sky)
-          : std::nullopt;
-  if (factor) {
-    light_->set_gain(*factor);
-    return false;
-  }
+  if (light_ && dim_lights(sky)) return false;
   light_scene();
   geometry_ = geometry_key(traced_.scene());  // lamps may have moved
   raster_ = std::make_unique<RasterView>(traced_, *light_);
@@ -114,6 +171,7 @@ void Background::light_scene() {
   const bool first = light_ == nullptr;
   raster_.reset();
   gradual_.reset();
+  lamps_.forget();
   light_.reset();  // the memory first
   light_not_kept_.clear();
   light_failed_ = false;
@@ -144,7 +202,7 @@ void Background::light_scene_gradually(const std::filesystem::path& folder) {
 
 /// True if the light has changed.
 bool Background::advance_light() {
-  if (!gradual_) return false;
+  if (!gradual_) return lamps_.advance(traced_, options_.light, *light_);
   if (!gradual_->advance(*light_)) {
     if (const std::string why = gradual_->failure(); !why.empty()) {
       light_not_kept_ =
@@ -198,7 +256,7 @@ void Background::draw(const Camera& camera) {
 }
 
 bool Background::refine(int rows) {
-  if (!camera_ || rows < 1 || gradual_) return false;
+  if (!camera_ || rows < 1 || gradual_ || !lamps_.is_exact()) return false;
   if (sums_.empty()) sums_.assign(view_.size(), Vec3f(0.0f));
   const int end = std::min(rows_done_ + rows, camera_->height);
   trace_paths(traced_, *camera_, samples_, 1, options_.paths, sums_, rows_done_, end);

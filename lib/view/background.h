@@ -8,7 +8,8 @@
 /// picture: after n samples per pixel the picture is
 ///   (32 V + n T_n) / (32 + n),  V the fast view, T_n the mean of the n samples,
 /// so the first samples' noise does not show and the limit is the exact picture. Brighter or darker
-/// lights (all by the same factor) scale the light cache; other changes of the lights fill it anew:
+/// lights (all by the same factor) scale the light cache; what changes the brightness or colour of some
+/// adds what these give (lamp_mix.h); other changes of the lights fill it anew:
 /// at once, or with BackgroundOptions::progressive coarsely at first (gradual_light.h).
 #pragma once
 
@@ -20,6 +21,7 @@
 
 #include "raytrace/path_tracer.h"
 #include "scene/announcement.h"
+#include "view/lamp_mix.h"
 #include "view/view_renderer.h"
 
 namespace polyhull {
@@ -115,12 +117,13 @@ class Background {
   /// empty: it was, or was not to, or is not yet exact.
   const std::string& light_not_kept() const { return light_not_kept_; }
   /// Whether the light is exact, not on its way there.
-  bool light_is_exact() const { return light_ && !gradual_ && !light_failed_; }
+  bool light_is_exact() const { return light_ && !gradual_ && !light_failed_ && lamps_.is_exact(); }
   /// Of the last light.
   std::uint64_t light_rays() const { return light_ ? light_->rays() : 0; }
   std::size_t light_nodes() const { return light_ ? light_->nodes() : 0; }
 
  private:
+  bool dim_lights(const Vec3f& sky);
   bool apply_lights(const std::vector<Light>& lights, const Vec3f& sky);
   void light_scene();
   void light_scene_gradually(const std::filesystem::path& folder);
@@ -140,8 +143,9 @@ class Background {
   struct Kept;                 // what the other thread says of the file
   std::shared_ptr<Kept> kept_;
   std::unique_ptr<GradualLight> gradual_;  // null: the light is exact
-  std::unique_ptr<RasterView> raster_;     // of light_
-  std::uint64_t geometry_ = 0;             // geometry_key() now
+  LampMix lamps_;                       // under the lights now, where some differ from the base's
+  std::unique_ptr<RasterView> raster_;  // of light_
+  std::uint64_t geometry_ = 0;          // geometry_key() now
   std::shared_ptr<const ScenePlanes> planes_;
   std::optional<Camera> camera_;
   float exposure_ = 0.0f;

@@ -27,6 +27,7 @@ LightCacheOptions coarser(LightCacheOptions options, const Step& step) {
   options.light_samples = fewer(options.light_samples, step.samples);
   options.bounce_samples = fewer(options.bounce_samples, step.samples);
   options.borders = false;
+  options.divided.reset();
   return options;
 }
 

@@ -51,8 +51,8 @@ constexpr Property<S> lights_property() {
       "name of a light (with spaces in quotes), its number from 1 on or * for all, and what of "
       "intensity=FACTOR, colour=RED,GREEN,BLUE (linear; 1 as bright as the light's strongest "
       "channel), move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z) and size=FACTOR "
-      "changes. A change has the scene's light computed anew, unless all lights become brighter "
-      "alike.");
+      "changes. What moves a light has the scene's light computed anew; its brightness and colour "
+      "do not.");
   row.set = [](S& settings, const GValue* value) {
     const gchar* text = g_value_get_string(value);
     try {
