@@ -48,8 +48,10 @@ struct SampleRows {
 struct RasterLoops {
   /// Draws \p triangle into \p rows, which are not packed, where it is nearest.
   void (*draw)(const ScreenTriangle& triangle, const SampleRows& rows);
-  /// The same into packed rows, and as \p id.
-  void (*draw_packed)(const ScreenTriangle& triangle, std::uint32_t id, const SampleRows& rows);
+  /// The same into packed rows, the \p count of \p triangles that \p numbers names, each as \p first and
+  /// its number.
+  void (*draw_packed)(const ScreenTriangle* triangles, const std::uint32_t* numbers, int count,
+                      std::uint32_t first, const SampleRows& rows);
 
   static const RasterLoops& baseline();
   static const RasterLoops& avx2();

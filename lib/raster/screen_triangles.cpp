@@ -144,11 +144,13 @@ void ScreenTriangles::add(const std::array<Corner, 3>& corners, std::uint32_t id
 void ScreenTriangles::draw(int band, const SampleRows& rows, std::uint32_t first) const {
   const RasterLoops& best = RasterLoops::best();
   // What is drawn is named by its place here, which leads back to its planes.
-  for (const std::uint32_t index : bands_[static_cast<std::size_t>(band)]) {
-    if (rows.packed) {
-      best.draw_packed(triangles_[index], first + index, rows);
-      continue;
-    }
+  const std::vector<std::uint32_t>& numbers = bands_[static_cast<std::size_t>(band)];
+  if (rows.packed) {
+    best.draw_packed(triangles_.data(), numbers.data(), static_cast<int>(numbers.size()), first,
+                     rows);
+    return;
+  }
+  for (const std::uint32_t index : numbers) {
     ScreenTriangle t = triangles_[index];
     t.id = first + index;
     best.draw(t, rows);

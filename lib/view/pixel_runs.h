@@ -52,7 +52,7 @@ class PixelRuns {
 
   // The triangles of the last two pixels.
   static constexpr int most = 2 * packed_samples;
-  std::array<PixelRun, most> runs_;
+  std::array<PixelRun, most> runs_{};
   std::array<std::uint8_t, most> order_ = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   int open_ = 0;  // the first so many of order_
 };

@@ -13,9 +13,10 @@
 
 namespace polyhull {
 
-/// Some places in a row of the screen: (x + i + right[i], y + down[i]) for i < count <= most.
+/// Some places in a row of the screen: (x + i + right[i], y + down[i]) for i < count <= most; arrays as
+/// PlaceRow's.
 struct Span {
-  static constexpr int most = 128;
+  static constexpr int most = 128;  // a multiple of eight
   double x, y;
   int count;
   const float *right, *down;

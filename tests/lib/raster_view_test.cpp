@@ -203,7 +203,7 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
   for (int i = 0; i < 60; ++i) nodes[random() % nodes.size()][3] = static_cast<float>(1 + i % 3);
   const ViewLoops &a = ViewLoops::baseline(), &b = ViewLoops::avx2();
   for (int round = 0; round < 200; ++round) {
-    constexpr int most = 100;
+    constexpr int most = 104;
     const int count = 1 + static_cast<int>(random() % most);
     float depth[most], right[most], down[most], depths[2][most] = {};
     for (float& d : depth) d = number(0.3f, 20.0f);
@@ -293,12 +293,13 @@ TEST(ViewLoops, PlacesMayLieBesideTheMiddles) {
   const auto moved = [&](const RowCourse& c) {
     return RowCourse{c.start + right * c.dx + down * c.dy, c.dx, c.dy};
   };
-  const std::vector<float> none(count), across(count, right), below(count, down);
+  constexpr int room = 16;
+  const std::vector<float> none(room), across(room, right), below(room, down);
   const auto look = [&](bool by_places) {
     const auto course = [&](const RowCourse& c) { return by_places ? c : moved(c); };
     const PlaceRow places{count, (by_places ? across : none).data(),
                           (by_places ? below : none).data()};
-    std::vector<float> depth(count);
+    std::vector<float> depth(room);
     std::vector<Float4> values(count);
     ViewLoops::best().depths(course(inverse), places, depth.data());
     ViewLoops::best().light(

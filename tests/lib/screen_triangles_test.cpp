@@ -274,7 +274,7 @@ TEST(ScreenTriangles, PackedRowsHaveTheSameBitsForEveryInstructionSet) {
   for (std::uint32_t i = 0; i < triangles.pieces(); ++i) {
     for (int k = 0; k < 2; ++k) {
       const RasterLoops& loops = k == 0 ? RasterLoops::baseline() : RasterLoops::avx2();
-      loops.draw_packed(triangles.piece(i), i,
+      loops.draw_packed(&triangles.piece(0), &i, 1, 0,
                         {0, width, 0, band_rows, packed_samples, sample_places(packed_samples),
                          depth[k].data(), ids[k].data(), true});
     }

@@ -33,7 +33,8 @@ struct RowCourse {
 };
 
 /// Places in a row of the screen that are not quite a pixel apart: i + right[i] pixels to the right of
-/// the first pixel's middle, and down[i] below.
+/// the first pixel's middle, and down[i] below. These arrays and those of the places' depths may be read,
+/// and the latter written, up to the next multiple of eight numbers.
 struct PlaceRow {
   int count;
   const float *right, *down;
