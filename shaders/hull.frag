@@ -49,6 +49,11 @@ uniform bool shaded;            // by the scene's light (lib/render/subject_ligh
 uniform sampler3D light;         // by what colours are multiplied
 uniform vec3 light_scale;       // from scene coordinates to the texture's
 uniform vec3 light_offset;
+uniform bool graded;            // lib/render/grade.h
+uniform vec3 slope;
+uniform vec3 offset;
+uniform vec3 power;
+uniform float saturation;
 #ifdef CLIPPED
 uniform vec4 plane;
 #endif
@@ -260,10 +265,17 @@ vec4 blended() {
 }
 #endif
 
+vec3 grade(vec3 linear) {
+  vec3 v = clamp(slope * linear + offset, 0.0, 1.0);
+  v = mix(pow(v, power), v, equal(power, vec3(1.0)));
+  return clamp(mix(vec3(dot(vec3(0.2126, 0.7152, 0.0722), v)), v, saturation), 0.0, 1.0);
+}
+
 void main() {
 #ifdef CLIPPED
   if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
 #endif
   colour = blended();
   if (shaded) colour.rgb *= texture(light, world * light_scale + light_offset).rgb;
+  if (graded) colour.rgb = colour.a * grade(colour.rgb / max(colour.a, 1e-6));
 }

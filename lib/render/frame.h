@@ -12,6 +12,7 @@
 
 #include "imagehull/image_subject.h"
 #include "mesh/mesh.h"
+#include "render/grade.h"
 #include "render/projection.h"
 #include "render/shadow_lights.h"
 #include "scene/scene.h"
@@ -71,6 +72,7 @@ struct RenderSubject {
   /// of the same content. Null: by triangles.
   std::shared_ptr<const ImageSubject> image;
   SubjectLighting lighting = SubjectLighting::off;
+  Grade grade;  ///< of its colours in that light
 };
 
 /// What is to be drawn.
@@ -109,6 +111,7 @@ struct PlacedSubject {
   std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
   std::uint64_t content = 0;                  ///< as RenderSubject::content
   SubjectLighting lighting = SubjectLighting::off;
+  Grade grade;  ///< as RenderSubject::grade
   /// Of a shaded subject in a scene with light, else null; plan_frame() leaves it to Renderer::plan().
   std::shared_ptr<const LightLattice> shade;
   int beyond = 0;  ///< pixels that its soft edge reaches beyond its hull

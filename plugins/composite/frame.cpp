@@ -147,7 +147,8 @@ void FrameComposer::add_subject(GstAggregatorPad* pad, bool by_image) {
     return;
   }
   const PlacementSettings settings = snapshot(pad, state.placement);
-  frame_.subjects.push_back({&mesh, placement(settings), state.content, image, settings.light});
+  frame_.subjects.push_back(
+      {&mesh, placement(settings), state.content, image, settings.light, grade(settings)});
   opacities_.push_back(mesh.opacity);
 }
 

@@ -2,6 +2,7 @@
 #include "plugins/composite/properties.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace polyhull::element {
 
@@ -290,6 +291,36 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           "The light that the subject is seen in. With shade it darkens in the scene's shadows and "
           "goes through pools of light: its colours are multiplied by the scene's light where each "
           "part of it is, relative to the light a metre above the scene's origin."),
+      property<&S::exposure>("exposure", "Exposure",
+                             "By how many stops the subject is made brighter (-10 to 10), with its "
+                             "mirror image and in "
+                             "linear light.",
+                             -10, 10),
+      property<&S::slope_red>(
+          "slope-red", "Slope, red",
+          "Gain of the subject's red (0 to 16): white balance by one channel against another. "
+          "Slopes, offsets, powers and saturation are those of the ASC Color Decision List, in "
+          "linear light.",
+          0, 16),
+      property<&S::slope_green>("slope-green", "Slope, green", "As slope-red (0 to 16).", 0, 16),
+      property<&S::slope_blue>("slope-blue", "Slope, blue", "As slope-red (0 to 16).", 0, 16),
+      property<&S::offset_red>(
+          "offset-red", "Offset, red",
+          "Lift of the subject's red: is added after the slope, as a share of white (-1 to 1).", -1,
+          1),
+      property<&S::offset_green>("offset-green", "Offset, green", "As offset-red (-1 to 1).", -1,
+                                 1),
+      property<&S::offset_blue>("offset-blue", "Offset, blue", "As offset-red (-1 to 1).", -1, 1),
+      property<&S::power_red>("power-red", "Power, red",
+                              "Power that the subject's red is raised to after the offset, the "
+                              "inverse of a gamma (0.1 to 10): below 1 mid-tones become brighter.",
+                              0.1, 10),
+      property<&S::power_green>("power-green", "Power, green", "As power-red (0.1 to 10).", 0.1,
+                                10),
+      property<&S::power_blue>("power-blue", "Power, blue", "As power-red (0.1 to 10).", 0.1, 10),
+      property<&S::saturation>("saturation", "Saturation",
+                               "How colourful the subject is (0 to 4): 0 is grey, 1 as it was.", 0,
+                               4),
   };
   return table;
 }
@@ -300,6 +331,12 @@ SubjectPlacement placement(const PlacementSettings& s) {
           s.scale,
           s.pivot,
           {s.pivot_x, s.pivot_y, s.pivot_z}};
+}
+
+Grade grade(const PlacementSettings& s) {
+  return {Vec3f(std::exp2(s.exposure) * Vec3(s.slope_red, s.slope_green, s.slope_blue)),
+          Vec3f(Vec3(s.offset_red, s.offset_green, s.offset_blue)),
+          Vec3f(Vec3(s.power_red, s.power_green, s.power_blue)), static_cast<float>(s.saturation)};
 }
 
 }  // namespace polyhull::element

@@ -82,6 +82,11 @@ struct PlacementSettings {
   Pivot pivot = SubjectPlacement{}.pivot;
   double pivot_x = 0.0, pivot_y = 0.0, pivot_z = 0.0;
   SubjectLighting light = SubjectLighting::off;
+  double exposure = 0.0;  // stops
+  double slope_red = 1.0, slope_green = 1.0, slope_blue = 1.0;
+  double offset_red = 0.0, offset_green = 0.0, offset_blue = 0.0;
+  double power_red = 1.0, power_green = 1.0, power_blue = 1.0;
+  double saturation = Grade{}.saturation;
 };
 
 /// One row per property of PlacementSettings.
@@ -89,5 +94,6 @@ std::span<const Property<PlacementSettings>> placement_properties();
 
 /// The same as the renderer takes it.
 SubjectPlacement placement(const PlacementSettings& settings);
+Grade grade(const PlacementSettings& settings);
 
 }  // namespace polyhull::element

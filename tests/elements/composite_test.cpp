@@ -87,6 +87,42 @@ GST_START_TEST(placement_is_live) {
 }
 GST_END_TEST
 
+namespace {
+
+/// How many pixels have no red, as none of the subject's own and of the background.
+int without_red(GstBuffer* buffer) {
+  const std::vector<std::uint8_t> bytes = bytes_taken(buffer);
+  int count = 0;
+  for (std::size_t i = 0; i < bytes.size(); i += 4) count += bytes[i] == 0;
+  return count;
+}
+
+}  // namespace
+
+// Of what is set between two frames the second one has all, and a controller sets it for each.
+GST_START_TEST(a_grade_is_live_and_controlled) {
+  Bench bench;
+  bench.wait_for_all();
+  GstChildProxy* proxy = GST_CHILD_PROXY(bench.element);
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  int counts[4];
+  for (int i = 0; i < 4; ++i) {
+    if (i == 1) gst_child_proxy_set(proxy, "mesh_0::slope-red", 0.0, nullptr);
+    if (i == 2)
+      gst_child_proxy_set(proxy, "mesh_0::slope-red", 1.0, "mesh_0::exposure", -10.0,
+                          "mesh_0::offset-red", -1.0, nullptr);
+    if (i == 3) {
+      gst_child_proxy_set(proxy, "mesh_0::exposure", 0.0, nullptr);
+      g_autoptr(GObject) pad = gst_child_proxy_get_child_by_name(proxy, "mesh_0");
+      control(pad, "offset-red", 0.0, 0.0, GST_SECOND);
+    }
+    counts[i] = without_red(bench.step(frame(frame_time(i)), mesh_buffer(frame_time(i + 1))));
+  }
+  fail_unless(counts[1] > 500 && counts[2] >= counts[1], "%d %d", counts[1], counts[2]);
+  fail_unless(counts[0] == 0 && counts[3] == 0, "%d %d", counts[0], counts[3]);
+}
+GST_END_TEST
+
 GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
   Bench bench;
   bench.wait_for_all();
@@ -474,6 +510,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, background_passes_until_a_mesh_comes);
   tcase_add_test(fed, subject_outside_the_picture_passes_the_background);
   tcase_add_test(fed, placement_is_live);
+  tcase_add_test(fed, a_grade_is_live_and_controlled);
   tcase_add_test(fed, the_backend_is_chosen_live);
   tcase_add_test(fed, the_mesh_shown_is_the_last_before_the_frames_end);
   tcase_add_test(fed, a_mesh_is_shown_until_max_mesh_age);

@@ -26,6 +26,14 @@ void SkinPrograms::place(const PassInput& in, std::size_t s, const glm::mat4& cl
   program.set("clip_from_local", glm::mat4(Mat4(clip_from_scene) * local));
   program.set("scene_from_local", glm::mat4(local));
   program.set("pixel_size", static_cast<float>(in.plan.pixel_size / scale_of(subject)));
+  const Grade& grade = subject.grade;
+  program.set("graded", !grade.neutral());
+  if (!grade.neutral()) {
+    program.set("slope", grade.slope);
+    program.set("offset", grade.offset);
+    program.set("power", grade.power);
+    program.set("saturation", grade.saturation);
+  }
   program.set("shaded", subject.shade != nullptr);
   program.set("light", light_unit);
   if (!subject.shade) return;

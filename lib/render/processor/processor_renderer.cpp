@@ -96,7 +96,7 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     reused = reused && same;
-    subject.light = {placed.shade, placed.local_to_scene};
+    subject.light = {placed.shade, placed.local_to_scene, placed.grade};
     subject.content = placed.content;
     subject.local_to_scene = placed.local_to_scene;
     subject.scale = scale_of(placed);

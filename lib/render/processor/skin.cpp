@@ -282,8 +282,9 @@ void Skin::look(const SkinItems& items, const std::uint32_t* which, int count,
   }
 }
 
-SkinLight::SkinLight(std::shared_ptr<const LightLattice> lattice, const Mat4& scene_from_local)
-    : lattice_(std::move(lattice)) {
+SkinLight::SkinLight(std::shared_ptr<const LightLattice> lattice, const Mat4& scene_from_local,
+                     const Grade& grade)
+    : lattice_(std::move(lattice)), grade_(grade), graded_(!grade.neutral()) {
   if (!lattice_) return;
   Mat4 cells(1.0 / lattice_->cell);
   cells[3] = Vec4(Vec3(lattice_->origin) / -static_cast<double>(lattice_->cell), 1.0);
@@ -291,13 +292,18 @@ SkinLight::SkinLight(std::shared_ptr<const LightLattice> lattice, const Mat4& sc
 }
 
 void SkinLight::shade(const SkinPoints& points, float* red, float* green, float* blue) const {
-  if (!lattice_) return;
-  for (int i = 0; i < points.count; ++i) {
+  for (int i = 0; lattice_ && i < points.count; ++i) {
     const Vec3f factor = lattice_->at(
         Vec3f(cells_from_local_ * glm::vec4(points.x[i], points.y[i], points.z[i], 1.0f)));
     red[i] *= factor.x;
     green[i] *= factor.y;
     blue[i] *= factor.z;
+  }
+  for (int i = 0; graded_ && i < points.count; ++i) {
+    const Vec3f colour = graded(grade_, {red[i], green[i], blue[i]});
+    red[i] = colour.x;
+    green[i] = colour.y;
+    blue[i] = colour.z;
   }
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "render/grade.h"
 #include "render/processor/loops/loops.h"
 #include "render/subject/hull_vertices.h"
 #include "render/subject/view_picture.h"
@@ -49,19 +50,22 @@ struct SkinItems : std::vector<SkinItem> {
   bool nearest_where_unseen = false;
 };
 
-/// By what a subject's colours are multiplied.
+/// What becomes of a subject's colours in the scene.
 class SkinLight {
  public:
   SkinLight() = default;
-  /// Null: 1 everywhere.
-  SkinLight(std::shared_ptr<const LightLattice> lattice, const Mat4& scene_from_local);
+  /// Colours are multiplied by \p lattice (null: 1 everywhere), then graded.
+  SkinLight(std::shared_ptr<const LightLattice> lattice, const Mat4& scene_from_local,
+            const Grade& grade);
 
-  /// Multiplies the colours of \p count points, local coordinates.
+  /// Changes the colours of \p points, local coordinates.
   void shade(const SkinPoints& points, float* red, float* green, float* blue) const;
 
  private:
   std::shared_ptr<const LightLattice> lattice_;
   glm::mat4 cells_from_local_{1.0f};
+  Grade grade_;
+  bool graded_ = false;
 };
 
 /// A thread's working memory. Points that the same views may colour are coloured side by side, in blocks
