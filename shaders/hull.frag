@@ -21,6 +21,9 @@ flat in vec4 focals;
 #endif
 centroid in vec3 world;
 centroid in vec3 filling;
+#ifdef RELIT
+centroid in vec3 relit;
+#endif
 
 struct View {
   mat4 map_from_local;
@@ -276,6 +279,9 @@ void main() {
   if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
 #endif
   colour = blended();
+#ifdef RELIT
+  colour.rgb *= relit;
+#endif
   if (shaded) colour.rgb *= texture(light, world * light_scale + light_offset).rgb;
   if (graded) colour.rgb = colour.a * grade(colour.rgb / max(colour.a, 1e-6));
 }

@@ -6,6 +6,10 @@ layout(location = 0) in vec3 position;   // hull coordinates, relative to its or
 layout(location = 1) in vec4 weight;     // of the candidates, at this vertex; WIDE: this corner's own place
 layout(location = 2) in uvec4 candidate; // view slots, the same at the triangle's three vertices; WIDE: its list
 layout(location = 3) in vec4 fill;       // the colour where no view counts, linear
+#ifdef RELIT
+layout(location = 4) in vec3 form;       // by what colours are multiplied (lib/render/light_lattice.h)
+centroid out vec3 relit;
+#endif
 
 struct View {
   mat4 map_from_local;  // rows: map u * z, map v * z, camera depth z, map depth (0..1)
@@ -65,6 +69,9 @@ void main() {
   slots = candidate;
 #endif
   filling = fill.rgb;
+#ifdef RELIT
+  relit = form;
+#endif
   world = (scene_from_local * local).xyz;
   gl_Position = clip_from_local * local;
 }

@@ -85,6 +85,7 @@ PlacedSubject place(const RenderSubject& subject) {
   out.image = subject.image;
   out.content = subject.content;
   out.lighting = subject.lighting;
+  out.relight = subject.relight;
   out.grade = subject.grade;
   out.to_scene = place_in_scene(mesh, subject.placement);
   out.from_scene = glm::inverse(out.to_scene);

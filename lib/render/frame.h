@@ -20,7 +20,7 @@
 namespace polyhull {
 
 struct DepthPicture;  // depth_picture.h
-struct LightLattice;  // subject_light.h
+struct LightLattice;  // light_lattice.h
 struct ScenePlanes;   // view/scene_planes.h
 class TracedScene;    // raytrace/traced_scene.h
 
@@ -39,6 +39,7 @@ enum class MirrorMode {
 enum class SubjectLighting {
   off,  ///< the studio's, as their pictures have it
   shade,  ///< the studio's, times the scene's where they are relative to the stage's (subject_light.h)
+  relit,  ///< shade, times what of it each part of the body gets by the way it faces (light_lattice.h)
 };
 
 /// What the colours beside an alpha below 1 are, of backgrounds and of composites alike (fill.h).
@@ -72,7 +73,8 @@ struct RenderSubject {
   /// of the same content. Null: by triangles.
   std::shared_ptr<const ImageSubject> image;
   SubjectLighting lighting = SubjectLighting::off;
-  Grade grade;  ///< of its colours in that light
+  float relight = 1.0f;  ///< of SubjectLighting::relit: from 0, as shade, to 1
+  Grade grade;           ///< of its colours in that light
 };
 
 /// What is to be drawn.
@@ -111,9 +113,13 @@ struct PlacedSubject {
   std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
   std::uint64_t content = 0;                  ///< as RenderSubject::content
   SubjectLighting lighting = SubjectLighting::off;
-  Grade grade;  ///< as RenderSubject::grade
-  /// Of a shaded subject in a scene with light, else null; plan_frame() leaves it to Renderer::plan().
+  float relight = 1.0f;  ///< as RenderSubject::relight
+  Grade grade;           ///< as RenderSubject::grade
+  /// Of a shaded or relit subject in a scene with light, else null; plan_frame() leaves it to
+  /// Renderer::plan().
   std::shared_ptr<const LightLattice> shade;
+  /// Of a relit one, by vertex of the mesh: by what its colours are multiplied besides; else empty.
+  std::vector<Vec3f> form;
   int beyond = 0;  ///< pixels that its soft edge reaches beyond its hull
 };
 

@@ -65,9 +65,12 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
   RenderPlan plan = plan_frame(frame, settings, scene_bounds_);
   if (plan.subject.empty() && plan.mirror.empty()) return plan;
   for (PlacedSubject& subject : plan.subjects)
-    if (subject.lighting == SubjectLighting::shade)
-      if (const TracedScene* scene = traced(frame))
+    if (subject.lighting != SubjectLighting::off)
+      if (const TracedScene* scene = traced(frame)) {
         subject.shade = subject_light_.around(subject, frame, *scene);
+        if (subject.shade && subject.lighting == SubjectLighting::relit && subject.relight > 0.0f)
+          subject.form = find_form(subject, *subject.shade, subject.relight);
+      }
   return plan;
 }
 

@@ -37,17 +37,25 @@ class Irradiance {
   /// Whether the point seems to be within a closed body.
   bool within(const Vec3f& point) const { return look_around(point).within; }
 
-  Vec3f at(const Vec3f& point) const {
+  /// Phi, and what it is the mean of.
+  struct Arriving {
+    Vec3f mean{0.0f};
+    LightMoments indirect;
+    std::vector<float> direct;  // LightLattice::direct
+  };
+  Arriving at(const Vec3f& point) const {
     const Around around = look_around(point);
-    if (!around.within || !bodies_) return around.indirect + direct(point);
-    return look_around(around.out).indirect + direct(around.out);
+    if (!around.within || !bodies_) return with_direct(point, around);
+    return with_direct(around.out, look_around(around.out));
   }
 
  private:
   static constexpr int ways = 64;
+  static constexpr float solid_angle = 4.0f * std::numbers::pi_v<float> / ways;
 
   struct Around {
     Vec3f indirect{0.0f};
+    LightMoments moments;
     bool within = false;  // a closed body
     Vec3f out{0.0f};      // then, the nearest place out of it
   };
@@ -68,17 +76,21 @@ class Irradiance {
     float nearest = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i < ways; ++i) {
       const RayHit& hit = hits_[i];
+      const Vec3f& way = rays_[i].direction;
       if (!hit.hit()) {
         out.indirect += frame_.sky;
+        out.moments.add(way, solid_angle * frame_.sky);
         continue;
       }
       const Surface at = scene_.plain_surface(rays_[i], hit);
       backs += at.back && !at.material->double_sided;
       if (hit.distance < nearest) {
         nearest = hit.distance;
-        out.out = point + (hit.distance + 0.02f) * rays_[i].direction;
+        out.out = point + (hit.distance + 0.02f) * way;
       }
-      out.indirect += sent(at, hit, rays_[i].direction, static_cast<std::uint32_t>(i));
+      const Vec3f radiance = sent(at, hit, way, static_cast<std::uint32_t>(i));
+      out.indirect += radiance;
+      out.moments.add(way, solid_angle * radiance);
     }
     out.indirect *= std::numbers::pi_v<float> / static_cast<float>(ways);
     out.within = backs > ways * 3 / 4;
@@ -109,19 +121,22 @@ class Irradiance {
                                   at.point + scene_.epsilon() * at.geometric, at.normal);
   }
 
-  Vec3f direct(const Vec3f& point) const {
-    Vec3f sum(0.0f);
+  Arriving with_direct(const Vec3f& point, const Around& around) const {
+    Arriving out{Vec3f(0.0f), around.moments, {}};
     for (const Light& light : frame_.lights) {
-      const Given few = from(light, point, 4);
+      Given given = from(light, point, 4);
       // Where some of its places are hidden, more are asked.
-      sum += few.hidden == 0 || few.hidden == few.places ? few.irradiance
-                                                         : from(light, point, 8).irradiance;
+      if (given.hidden != 0 && given.hidden != given.places) given = from(light, point, 8);
+      out.mean += given.irradiance;
+      out.direct.push_back(given.facing);
     }
-    return sum;
+    out.mean = around.indirect + out.mean;
+    return out;
   }
 
   struct Given {
     Vec3f irradiance{0.0f};
+    float facing = 0.0f;  // of what faces it, per power
     int hidden = 0, places = 0;
   };
   /// By the middles of side x side parts of the light.
@@ -144,8 +159,10 @@ class Irradiance {
       const float square = std::max(glm::dot(way, way), 1e-6f);
       const float exit = light_exit(light, -glm::dot(normal, way) / std::sqrt(square));
       out.irradiance += exit / (4.0f * square) * power;
+      out.facing += exit / square;
     }
     out.irradiance /= static_cast<float>(places.size());
+    out.facing /= static_cast<float>(places.size());
     return out;
   }
 
@@ -168,28 +185,6 @@ Vec3f place_of(int x, int y, int z, float cell) {
 
 }  // namespace
 
-Vec3f LightLattice::at(const Vec3f& point) const {
-  int low[3];
-  float share[3];
-  for (int k = 0; k < 3; ++k) {
-    const int last = size[static_cast<std::size_t>(k)] - 1;
-    // NaN counts as 0.
-    const float t = point[k] > 0.0f ? std::min(point[k], static_cast<float>(last)) : 0.0f;
-    low[k] = std::min(static_cast<int>(t), last - 1);
-    share[k] = t - static_cast<float>(low[k]);
-  }
-  const int dy = size[0], dz = size[0] * size[1];
-  const Vec3f* const f =
-      &factors[static_cast<std::size_t>((low[2] * size[1] + low[1]) * size[0] + low[0])];
-  const auto along_x = [&](const Vec3f* p) { return p[0] + share[0] * (p[1] - p[0]); };
-  const auto along_y = [&](const Vec3f* p) {
-    const Vec3f a = along_x(p);
-    return a + share[1] * (along_x(p + dy) - a);
-  };
-  const Vec3f a = along_y(f);
-  return a + share[2] * (along_y(f + dz) - a);
-}
-
 std::size_t SubjectLight::Hash::operator()(const Node& node) const {
   std::uint64_t hash = 0;
   for (const int i : node) hash = (hash ^ static_cast<std::uint32_t>(i)) * 0x9e3779b97f4a7c15u;
@@ -211,7 +206,7 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
     const Irradiance irradiance(frame, scene, false);
     bodies_ = !irradiance.within(stage_middle);
     rest_ = glm::max(frame.ambient - irradiance.indirect(stage_middle), Vec3f(0.0f));
-    stage_ = irradiance.at(stage_middle) + rest_;
+    stage_ = irradiance.at(stage_middle).mean + rest_;
   }
   if (!(std::max({stage_.x, stage_.y, stage_.z}) > 0.0f)) return nullptr;
   const Part part = part_around(bounds_of(subject.points));
@@ -259,41 +254,61 @@ LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
   const auto [nx, ny, nz] = out.size;
   out.factors.resize(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
                      static_cast<std::size_t>(nz));
-  const auto at = [&, x_nodes = nx, y_nodes = ny](int x, int y, int z) -> Vec3f& {
-    return out.factors[static_cast<std::size_t>((z * y_nodes + y) * x_nodes + x)];
+  out.lamps = frame.lights;
+  const std::size_t lamps = out.lamps.size();
+  out.indirect.resize(out.factors.size());
+  out.direct.resize(out.factors.size() * lamps);
+  const auto node = [x_nodes = nx, y_nodes = ny](int x, int y, int z) {
+    return static_cast<std::size_t>((z * y_nodes + y) * x_nodes + x);
   };
 
-  if (nodes_.size() > most_kept) nodes_.clear();
+  if (nodes_.size() > most_kept / (1 + lamps / 32)) nodes_.clear();
+  const auto put = [&](std::size_t at, const Found& found) {
+    out.factors[at] = found.factor;
+    out.indirect[at] = found.indirect;
+    std::copy(found.direct.begin(), found.direct.end(), &out.direct[at * lamps]);
+  };
   std::vector<std::array<int, 3>> missing;
   for (int z = 0; z < nz; ++z)
     for (int y = floor; y < ny; ++y)
       for (int x = 0; x < nx; ++x) {
         const auto kept = nodes_.find({first[0] + x, first[1] + y, first[2] + z, doubled});
         if (kept != nodes_.end())
-          at(x, y, z) = kept->second;
+          put(node(x, y, z), kept->second);
         else
           missing.push_back({x, y, z});
       }
   found_ = missing.size();
   const Irradiance irradiance(frame, scene, bodies_);
+  std::vector<Found> found(missing.size());
   parallel_for(missing.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto& [x, y, z] = missing[i];
-      const Vec3f here =
-          irradiance.at(place_of(first[0] + x, first[1] + y, first[2] + z, cell)) + rest_;
+      Irradiance::Arriving light =
+          irradiance.at(place_of(first[0] + x, first[1] + y, first[2] + z, cell));
+      const Vec3f here = light.mean + rest_;
       for (int c = 0; c < 3; ++c)
-        at(x, y, z)[c] = stage_[c] > 0.0f ? std::min(here[c] / stage_[c], brightest) : 1.0f;
+        found[i].factor[c] = stage_[c] > 0.0f ? std::min(here[c] / stage_[c], brightest) : 1.0f;
+      light.indirect.add_even(rest_);
+      found[i].indirect = light.indirect;
+      found[i].direct = std::move(light.direct);
+      put(node(x, y, z), found[i]);
     }
   });
-  for (const auto& [x, y, z] : missing)
-    nodes_.emplace(Node{first[0] + x, first[1] + y, first[2] + z, doubled}, at(x, y, z));
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    const auto& [x, y, z] = missing[i];
+    nodes_.emplace(Node{first[0] + x, first[1] + y, first[2] + z, doubled}, std::move(found[i]));
+  }
 
   for (int y = floor - 1; y >= 0; --y)
     for (int z = 0; z < nz; ++z)
       for (int x = 0; x < nx; ++x) {
-        const Vec3f& near = at(x, y + 1, z);
-        const Vec3f& far = at(x, std::min(y + 2, ny - 1), z);
-        at(x, y, z) = glm::clamp(2.0f * near - far, Vec3f(0.0f), Vec3f(brightest));
+        const std::size_t here = node(x, y, z), above = node(x, y + 1, z);
+        const Vec3f& near = out.factors[above];
+        const Vec3f& far = out.factors[node(x, std::min(y + 2, ny - 1), z)];
+        out.factors[here] = glm::clamp(2.0f * near - far, Vec3f(0.0f), Vec3f(brightest));
+        out.indirect[here] = out.indirect[above];
+        std::copy_n(&out.direct[above * lamps], lamps, &out.direct[here * lamps]);
       }
   return out;
 }

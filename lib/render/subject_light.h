@@ -28,21 +28,11 @@
 #include <vector>
 
 #include "render/frame.h"
+#include "render/light_lattice.h"
 
 namespace polyhull {
 
 class TracedScene;
-
-/// f at the nodes of a part of the lattice, x fastest.
-struct LightLattice {
-  Vec3f origin{0.0f};         ///< the first node, scene coordinates
-  float cell = 1.0f;          ///< metres from node to node
-  std::array<int, 3> size{};  ///< nodes, at least 2 each
-  std::vector<Vec3f> factors;
-
-  /// f at \p point, in cells from the first node; beyond the lattice as at its border.
-  Vec3f at(const Vec3f& point) const;
-};
 
 class SubjectLight {
  public:
@@ -59,6 +49,11 @@ class SubjectLight {
   struct Hash {
     std::size_t operator()(const Node& node) const;
   };
+  struct Found {
+    Vec3f factor;
+    LightMoments indirect;
+    std::vector<float> direct;
+  };
   /// The nodes that a subject asks for.
   struct Part {
     std::array<int, 3> first{}, size{};
@@ -74,8 +69,8 @@ class SubjectLight {
   Vec3f ambient_{0.0f}, sky_{0.0f};
   // Whether surfaces that show their backs enclose bodies: not in a room that itself shows them.
   bool bodies_ = true;
-  Vec3f rest_{0.0f}, stage_{0.0f};                                              // E_rest, Phi(x_0)
-  std::unordered_map<Node, Vec3f, Hash> nodes_;                                 // f
+  Vec3f rest_{0.0f}, stage_{0.0f};  // E_rest, Phi(x_0)
+  std::unordered_map<Node, Found, Hash> nodes_;
   std::vector<std::pair<Part, std::shared_ptr<const LightLattice>>> lattices_;  // the latest first
   std::size_t found_ = 0;
 };

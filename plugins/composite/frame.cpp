@@ -147,8 +147,8 @@ void FrameComposer::add_subject(GstAggregatorPad* pad, bool by_image) {
     return;
   }
   const PlacementSettings settings = snapshot(pad, state.placement);
-  frame_.subjects.push_back(
-      {&mesh, placement(settings), state.content, image, settings.light, grade(settings)});
+  frame_.subjects.push_back({&mesh, placement(settings), state.content, image, settings.light,
+                             static_cast<float>(settings.relight), grade(settings)});
   opacities_.push_back(mesh.opacity);
 }
 

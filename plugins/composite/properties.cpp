@@ -60,7 +60,10 @@ GType enum_type<SubjectLighting>() {
       {{SubjectLighting::off, "The studio's, as the cameras saw it", "off"},
        {SubjectLighting::shade,
         "The studio's, times the scene's where the subject is relative to the stage's middle",
-        "shade"}});
+        "shade"},
+       {SubjectLighting::relit,
+        "The same, and by the way each part of the body faces, relative to light from all sides",
+        "relit"}});
 }
 
 template <>
@@ -291,6 +294,11 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           "The light that the subject is seen in. With shade it darkens in the scene's shadows and "
           "goes through pools of light: its colours are multiplied by the scene's light where each "
           "part of it is, relative to the light a metre above the scene's origin."),
+      property<&S::relight>("relight", "Relight",
+                            "How much of the shading that the scene's light gives the body's form "
+                            "light=relit draws (0 "
+                            "to 1): 0 is as shade.",
+                            0, 1),
       property<&S::exposure>("exposure", "Exposure",
                              "By how many stops the subject is made brighter (-10 to 10), with its "
                              "mirror image and in "

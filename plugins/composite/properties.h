@@ -82,6 +82,7 @@ struct PlacementSettings {
   Pivot pivot = SubjectPlacement{}.pivot;
   double pivot_x = 0.0, pivot_y = 0.0, pivot_z = 0.0;
   SubjectLighting light = SubjectLighting::off;
+  double relight = RenderSubject{}.relight;
   double exposure = 0.0;  // stops
   double slope_red = 1.0, slope_green = 1.0, slope_blue = 1.0;
   double offset_red = 0.0, offset_green = 0.0, offset_blue = 0.0;

@@ -3,8 +3,12 @@
 // lamp, into the pillar's shadow and a dark corner, and shows at each pixel of it
 //   off      the studio's colour,
 //   shade    that times what SubjectLight finds there,
-//   even     that times the same found by paths: what `shade` approximates,
-//   relit    what the room's light makes of the figure's albedo, by paths that end on it with its normals,
+//   form     shade, times what LightLattice says of the pixel's normal: light=relit with relight=1,
+//   known    the same over the studio's own light, as if that were known instead of even,
+//   even     the studio's colour times the same as shade found by paths: what `shade` approximates,
+//   open     what the room's light makes of the figure's albedo, by paths that end on it with its normals
+//            and go through it: what `known` approximates,
+//   relit    the same where it shadows itself,
 // each as bright as the studio in the stage's middle. PSNR over the figure's pixels in sRGB codes.
 #include <algorithm>
 #include <cmath>
@@ -16,16 +20,16 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "builtin/default_rig.h"
+#include "builtin/room.h"
 #include "command_line.h"
 #include "raytrace/path_tracer.h"
 #include "raytrace/sampling.h"
 #include "raytrace/traced_scene.h"
 #include "render/frame.h"
 #include "render/subject_light.h"
-#include "studio/cameras/default_rig.h"
 #include "studio/figure/light.h"
 #include "studio/figure/subject.h"
-#include "studio/room/room.h"
 
 namespace {
 
@@ -186,7 +190,8 @@ int main(int argc, char** argv) {
   CommandLine command("subject_light_benchmark", "The scene's light on a subject against paths");
   std::string folder;
   int paths = 256;
-  command.option("--output", &folder, "folder for pictures: off, shade, even, relit of each stop");
+  command.option("--output", &folder,
+                 "folder for pictures of each stop: the kinds from left to right");
   command.option("--paths", &paths, "of a pixel");
   if (const auto status = command.parse(argc, argv)) return *status;
   const auto scene = std::make_shared<const Scene>(room_scene());
@@ -201,8 +206,9 @@ int main(int argc, char** argv) {
   const auto many = static_cast<std::uint32_t>(paths);
   const Vec3f stage = truth.irradiance({0, 1, 0}, Vec3f(0.0f), 64 * many);
   SubjectLight light;
-  std::printf("%-22s %8s %8s %8s | %8s %8s\n", "dB against", "relit:", "", "", "even:", "");
-  std::printf("%-22s %8s %8s %8s | %8s %8s\n", "", "off", "shade", "even", "off", "shade");
+  std::printf("%-20s | even:           | relit:%38s | open:\n", "dB against", "");
+  std::printf("%-20s |%8s%8s |%8s%8s%8s%8s%8s%8s |%8s%8s%8s\n", "", "off", "shade", "off", "shade",
+              "form", "known", "even", "open", "off", "shade", "known");
   for (const Stop& stop : stops) {
     const Figure figure(stop.seconds, stop.place);
     // From the room's middle, or before it.
@@ -217,26 +223,36 @@ int main(int argc, char** argv) {
     placed.points = figure.mesh.positions;
     const auto lattice = light.around(placed, frame, traced);
     const auto points = figure.points(frame.viewport, traced.caster());
-    std::vector<Vec3f> shown[4];  // off, shade, even, relit
+    enum { off, shade, form, known, even, open, relit, kinds };
+    std::vector<Vec3f> shown[kinds];
     for (auto& values : shown) values.resize(points.size());
     parallel_for(points.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const Point& p = points[i].second;
-        const Vec3f albedo = p.studio / studio_light(p.normal);
-        shown[0][i] = p.studio;
-        shown[1][i] = p.studio * lattice->at((p.place - lattice->origin) / lattice->cell);
-        shown[2][i] = p.studio * truth.irradiance(p.place, Vec3f(0.0f), many) / stage;
-        shown[3][i] = albedo * mean_studio *
-                      onto.irradiance(p.place + 2e-3f * p.normal, p.normal, many) / stage;
+        const Vec3f in_cells = (p.place - lattice->origin) / lattice->cell;
+        const Vec3f albedo = p.studio / studio_light(p.normal) * mean_studio;
+        const Vec3f light_here = lattice->at(in_cells),
+                    faced = lattice->form_at(in_cells, p.normal);
+        shown[off][i] = p.studio;
+        shown[shade][i] = p.studio * light_here;
+        shown[form][i] = p.studio * light_here * faced;
+        shown[known][i] = albedo * light_here * faced;
+        shown[even][i] = p.studio * truth.irradiance(p.place, Vec3f(0.0f), many) / stage;
+        const Vec3f lifted = p.place + 2e-3f * p.normal;
+        shown[open][i] = albedo * truth.irradiance(lifted, p.normal, many) / stage;
+        shown[relit][i] = albedo * onto.irradiance(lifted, p.normal, many) / stage;
       }
     });
-    std::printf("%-22s %8.2f %8.2f %8.2f | %8.2f %8.2f\n", stop.name, psnr(shown[0], shown[3]),
-                psnr(shown[1], shown[3]), psnr(shown[2], shown[3]), psnr(shown[0], shown[2]),
-                psnr(shown[1], shown[2]));
+    const auto against = [&](int a, int b) { return psnr(shown[a], shown[b]); };
+    std::printf("%-20s |%8.2f%8.2f |", stop.name, against(off, even), against(shade, even));
+    for (const int kind : {off, shade, form, known, even, open})
+      std::printf("%8.2f", against(kind, relit));
+    std::printf(" |%8.2f%8.2f%8.2f\n", against(off, open), against(shade, open),
+                against(known, open));
     if (folder.empty()) continue;
-    Picture picture{4 * width, height, 4, {}};
-    picture.pixels.assign(static_cast<std::size_t>(16) * width * height, 60);
-    for (int k = 0; k < 4; ++k)
+    Picture picture{kinds * width, height, 4, {}};
+    picture.pixels.assign(static_cast<std::size_t>(4) * kinds * width * height, 60);
+    for (int k = 0; k < kinds; ++k)
       for (std::size_t i = 0; i < points.size(); ++i)
         for (int c = 0; c < 4; ++c)
           picture.row(points[i].first / width)[4 * (k * width + points[i].first % width) + c] =

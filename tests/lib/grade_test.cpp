@@ -56,6 +56,8 @@ TEST_P(GradeTest, IsTheDecisionListsOnLinearLight) {
   shot.draw(0.2f);
   const Picture before = shot.picture;
   for (const Grade& grade : grades) {
+    // Each picture of OpenGL's takes a second or more.
+    if (!processor() && &grade != &grades[3] && &grade != &grades[5]) continue;
     shot.frame.subjects[0].grade = grade;
     shot.draw(0.2f);
     double worst = 0.0;
@@ -112,9 +114,10 @@ TEST_P(GradeTest, HoldsInMirrorsAndLeavesTheRest) {
   for (std::size_t i = 0; i < before.pixels.size(); i += 4) {
     const bool dim = before.pixels[i] <= std::lround(255.0f * synthetic::to_srgb(background));
     same += dim;
-    if (dim)
+    if (dim) {
       EXPECT_TRUE(std::equal(&before.pixels[i], &before.pixels[i] + 4, &shot.picture.pixels[i]))
           << i / 4;
+    }
   }
   EXPECT_GT(same, 10000);
 }

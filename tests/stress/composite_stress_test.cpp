@@ -163,7 +163,9 @@ TEST_P(CompositeStress, WhateverComesIsDrawnAsIfItWereTheFirst) {
     const Mesh& mesh = chance.of(figures).mesh;
     const Mesh odd = odd_mesh(mesh, chance);
     frame.subjects.push_back({chance.once_in(3) ? &odd : &mesh, {}, 0});
-    if (chance.once_in(2)) frame.subjects.back().lighting = SubjectLighting::shade;
+    if (chance.once_in(2))
+      frame.subjects.back().lighting =
+          chance.once_in(2) ? SubjectLighting::shade : SubjectLighting::relit;
     if (chance.once_in(3))
       frame.subjects.back().grade = {Vec3f(2.0f), Vec3f(chance.from(-1.0, 1.0)), Vec3f(0.1f), 4.0f};
     if (chance.once_in(3)) frame.subjects.push_back({&mesh, {}, 0});

@@ -102,15 +102,17 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
           key.levels, levels_needed(*subject.mesh, static_cast<int>(k), key.eyes, plan.pixel_size));
     SkinKey enough = key;
     enough.levels = std::max(key.levels, skin_keys[i].levels);
-    if (settings.skip && subject.content != 0 && skin_keys[i] == enough) continue;
-    statistics.mesh_reused = false;
-    subjects[i].upload_shape(subject.mesh->hull);
-    const UploadCounts counts = subjects[i].upload_skin(*subject.mesh, key.eyes, plan.pixel_size,
-                                                        key.levels, key.all_views, key.soft);
-    statistics.pictures_uploaded += counts.pictures;
-    statistics.pictures_skipped += counts.pictures_skipped;
-    statistics.bytes_uploaded += 4 * counts.pixels;
-    skin_keys[i] = std::move(key);
+    if (!settings.skip || subject.content == 0 || skin_keys[i] != enough) {
+      statistics.mesh_reused = false;
+      subjects[i].upload_shape(subject.mesh->hull);
+      const UploadCounts counts = subjects[i].upload_skin(*subject.mesh, key.eyes, plan.pixel_size,
+                                                          key.levels, key.all_views, key.soft);
+      statistics.pictures_uploaded += counts.pictures;
+      statistics.pictures_skipped += counts.pictures_skipped;
+      statistics.bytes_uploaded += 4 * counts.pixels;
+      skin_keys[i] = std::move(key);
+    }
+    subjects[i].upload_form(subject.form);
   }
 }
 

@@ -75,8 +75,8 @@ void set_lamps(gl::Program& program, const PassInput& in);
 /// The programs of shaders/hull.vert and hull.frag: subjects in the views' colours.
 class SkinPrograms {
  public:
-  /// Draws all subjects for eye \p eye (0: the viewport's, 1: the mirrored one); with \p plane, in
-  /// all calls or none, what lies on its positive side.
+  /// Draws all subjects for eye \p eye (0: the viewport's, 1: the mirrored one); with \p plane what
+  /// lies on its positive side.
   void draw(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
             const glm::vec4* plane = nullptr);
 
@@ -84,10 +84,12 @@ class SkinPrograms {
   void draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene);
 
  private:
+  gl::Program& use(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
+                   bool clipped, const char* kind);
   void place(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
              gl::Program& program);
 
-  gl::Program plain_, distorted_, plain_wide_, distorted_wide_, plain_ribbon_, distorted_ribbon_;
+  std::map<std::vector<std::string>, gl::Program> programs_;  // by what they define
   std::vector<std::pair<gl::Texture, std::shared_ptr<const LightLattice>>> lights_;  // by subject
 };
 

@@ -4,20 +4,28 @@
 namespace polyhull {
 namespace {
 
-gl::Program hull_program(bool distortion, bool clipped, const char* kind = nullptr) {
-  std::vector<std::string> defines{"VIEW_SLOTS " + std::to_string(view_slots)};
-  if (distortion) defines.emplace_back("DISTORTION");
-  if (clipped) defines.emplace_back("CLIPPED");
-  if (kind) defines.emplace_back(kind);
-  gl::Program program("hull.vert", "hull.frag", defines);
-  program.set_block("Views", 0);
-  return program;
-}
-
 /// Above those that SubjectBuffers binds.
 constexpr int light_unit = 4;
 
 }  // namespace
+
+/// Has the program for subject \p s and triangles of \p kind (null: the narrow ones) ready for them.
+gl::Program& SkinPrograms::use(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
+                               bool clipped, const char* kind) {
+  std::vector<std::string> defines{"VIEW_SLOTS " + std::to_string(view_slots)};
+  if (in.subjects[s].has_distortion()) defines.emplace_back("DISTORTION");
+  if (in.subjects[s].is_relit()) defines.emplace_back("RELIT");
+  if (clipped) defines.emplace_back("CLIPPED");
+  if (kind) defines.emplace_back(kind);
+  gl::Program& program = programs_[defines];
+  if (!program.made()) {
+    program = gl::Program("hull.vert", "hull.frag", defines);
+    program.set_block("Views", 0);
+  }
+  program.use();
+  place(in, s, clip_from_scene, program);
+  return program;
+}
 
 void SkinPrograms::place(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
                          gl::Program& program) {
@@ -58,18 +66,11 @@ void SkinPrograms::place(const PassInput& in, std::size_t s, const glm::mat4& cl
 void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
                         const glm::vec4* plane) {
   for (std::size_t s = 0; s < in.subjects.size(); ++s) {
-    const bool distortion = in.subjects[s].has_distortion();
-    gl::Program& program = distortion ? distorted_ : plain_;
-    if (!program.made()) program = hull_program(distortion, plane != nullptr);
-    program.use();
-    place(in, s, clip_from_scene, program);
+    gl::Program& program = use(in, s, clip_from_scene, plane != nullptr, nullptr);
     if (plane) program.set("plane", *plane);
     in.subjects[s].draw_skin(eye, program);
     if (!in.subjects[s].has_wide(eye)) continue;
-    gl::Program& wide = distortion ? distorted_wide_ : plain_wide_;
-    if (!wide.made()) wide = hull_program(distortion, plane != nullptr, "WIDE");
-    wide.use();
-    place(in, s, clip_from_scene, wide);
+    gl::Program& wide = use(in, s, clip_from_scene, plane != nullptr, "WIDE");
     if (plane) wide.set("plane", *plane);
     in.subjects[s].draw_wide(eye, wide);
   }
@@ -77,14 +78,8 @@ void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& c
 
 void SkinPrograms::draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene) {
   const auto draw_all = [&] {
-    for (std::size_t s = 0; s < in.subjects.size(); ++s) {
-      const bool distortion = in.subjects[s].has_distortion();
-      gl::Program& program = distortion ? distorted_ribbon_ : plain_ribbon_;
-      if (!program.made()) program = hull_program(distortion, false, "RIBBON");
-      program.use();
-      place(in, s, clip_from_scene, program);
-      in.subjects[s].draw_ribbons(program);
-    }
+    for (std::size_t s = 0; s < in.subjects.size(); ++s)
+      in.subjects[s].draw_ribbons(use(in, s, clip_from_scene, false, "RIBBON"));
   };
   // First which ribbon is the nearest; then it alone, under what is there.
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);

@@ -117,6 +117,23 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
   return counts;
 }
 
+void SubjectBuffers::upload_form(const std::vector<Vec3f>& form) {
+  if (form.empty() && form_.empty()) return;
+  form_.clear();
+  glBindVertexArray(skin_array_.get());
+  if (form.empty()) {
+    glDisableVertexAttribArray(4);
+  } else {
+    for (const std::uint32_t vertex : drawing_.corner) form_.push_back(form[vertex]);
+    glBindBuffer(GL_ARRAY_BUFFER, forms_.get());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(form_.size() * sizeof(Vec3f)),
+                 form_.data(), GL_STREAM_DRAW);
+    glEnableVertexAttribArray(4);
+    glVertexAttribPointer(4, 3, GL_FLOAT, GL_FALSE, sizeof(Vec3f), nullptr);
+  }
+  glBindVertexArray(0);
+}
+
 void SubjectBuffers::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes,
                                    double pixel_size) {
   drawing_.vertices.clear();

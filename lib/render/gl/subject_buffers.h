@@ -34,6 +34,9 @@ class SubjectBuffers {
   UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
                            int levels, bool all_views, bool soft);
 
+  /// Uploads PlacedSubject::form for the vertices of upload_skin(); empty: none is drawn with.
+  void upload_form(const std::vector<Vec3f>& form);
+
   /// Draws the shape; a hull_depth program is in use.
   void draw_shape() const;
 
@@ -48,6 +51,8 @@ class SubjectBuffers {
   void draw_ribbons(gl::Program& program) const;
 
   bool has_distortion() const { return distortion_; }
+  /// Whether upload_form() has given it one, for programs of RELIT triangles.
+  bool is_relit() const { return !form_.empty(); }
 
  private:
   void draw_range(GLint first, GLsizei count, gl::Program& program) const;
@@ -65,13 +70,14 @@ class SubjectBuffers {
     GLsizei count = 0;
   };
   mutable gl::VertexArray shape_array_, skin_array_;
-  gl::Buffer positions_, indices_, skin_;
+  gl::Buffer positions_, indices_, skin_, forms_;
   mutable gl::Buffer views_;
   mutable gl::Texture pictures_, maps_, lists_;
   GLsizei shape_count_ = 0;
   std::vector<Range> ranges_;  // of the eyes' narrow triangles, then of the ribbons
   std::vector<Range> wide_;    // of the eyes' wide triangles
   HullDrawing drawing_;
+  std::vector<Vec3f> form_;  // by vertex of it
   std::vector<std::uint32_t> staging_;
   std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel
   int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0, picture_levels_ = 1;

@@ -96,6 +96,7 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     reused = reused && same;
+    subject.skin.relight(placed.form);
     subject.light = {placed.shade, placed.local_to_scene, placed.grade};
     subject.content = placed.content;
     subject.local_to_scene = placed.local_to_scene;

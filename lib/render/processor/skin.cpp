@@ -333,6 +333,12 @@ void Skin::paint_block(const SkinItems& items, const SkinLight& light, const std
                       points, view.weight, srgb_to_linear_table(), view.u, view.v,
                       {s.red, s.green, s.blue, view.alpha});
   }
+  for (int i = 0; !items.form.empty() && i < count; ++i) {
+    const Vec3f& form = items.form[which[i]];
+    s.red[i] *= form.x;
+    s.green[i] *= form.y;
+    s.blue[i] *= form.z;
+  }
   light.shade(points, s.red, s.green, s.blue);
   for (int i = 0; i < count; ++i) {
     glm::vec4& to = s.colours[which[i]];

@@ -48,6 +48,13 @@ struct SkinItems : std::vector<SkinItem> {
   /// Whether what no view sees takes the colours that the views have there all the same, so that the
   /// fill is only for what no view has a picture of.
   bool nearest_where_unseen = false;
+  std::vector<Vec3f> form;  ///< by item, of a relit subject: by what its colours are multiplied
+
+  void forget() {
+    clear();
+    form.clear();
+    nearest_where_unseen = false;
+  }
 };
 
 /// What becomes of a subject's colours in the scene.
@@ -111,6 +118,11 @@ class Skin {
   SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size, bool same,
                      bool all_views, bool soft, std::span<const int> others = {});
 
+  /// PlacedSubject::form of the mesh that is ready.
+  void relight(const std::vector<Vec3f>& form) { form_ = form; }
+  bool relit() const { return !form_.empty(); }
+  Vec3f form(std::size_t index) const { return form_[drawing_.corner[index]]; }
+
   /// The triangles that eye \p eye sees, three vertices each.
   std::size_t first_vertex(std::size_t eye) const { return first_[eye]; }
   std::size_t last_vertex(std::size_t eye) const { return first_[eye + 1]; }
@@ -121,7 +133,7 @@ class Skin {
   const HullVertex& vertex(std::size_t index) const { return drawing_.vertices[index]; }
   /// Whether the triangles at two vertices have a corner in common; those of ribbons have none.
   bool joined(std::size_t first, std::size_t other) const {
-    if (first >= drawing_.corner.size() || other >= drawing_.corner.size()) return false;
+    if (first >= first_of_ribbon() || other >= first_of_ribbon()) return false;
     const std::uint32_t *a = &drawing_.corner[first], *b = &drawing_.corner[other];
     bool any = false;
     for (int i = 0; i < 3; ++i) any = any || a[i] == b[0] || a[i] == b[1] || a[i] == b[2];
@@ -160,6 +172,7 @@ class Skin {
   void displace(const SkinScratch::View& view, int count, SkinScratch& scratch) const;
 
   HullDrawing drawing_;
+  std::vector<Vec3f> form_;                      // by vertex of the hull; empty: not relit
   std::vector<std::size_t> first_, first_wide_;  // by eye
   std::vector<Picture> pictures_;                // by view
   std::vector<std::vector<SkinView>> views_;     // by slot and level (subject/view_picture.h)

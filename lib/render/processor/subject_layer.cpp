@@ -84,6 +84,24 @@ bool SubjectLayer::Drawn::joined(const std::vector<ReadySubject>& subjects, std:
   return own.subject == other.subject && subjects[own.subject].skin.joined(own.first, other.first);
 }
 
+Vec3f SubjectLayer::Drawn::form_at(const Skin& skin, const SkinSpot& spot) const {
+  const ScreenTriangle& triangle = triangles.piece(spot.triangle);
+  const auto at = [&](const ScreenPlane& plane) {
+    return plane.value + spot.x * plane.dx + spot.y * plane.dy;
+  };
+  // As Loops::place() finds them.
+  const double depth = 1.0 / at(triangle.inverse);
+  double second = std::clamp(at(triangle.second) * depth, 0.0, 1.0);
+  double third = std::clamp(at(triangle.third) * depth, 0.0, 1.0);
+  const double over = std::max(second + third, 1.0);
+  second /= over;
+  third /= over;
+  const std::size_t first = origins[triangle.id].first;
+  return static_cast<float>(1.0 - second - third) * skin.form(first) +
+         static_cast<float>(second) * skin.form(first + 1) +
+         static_cast<float>(third) * skin.form(first + 2);
+}
+
 void SubjectLayer::Drawn::add_items(const ReadySubject& subject, const std::vector<SkinSpot>& spots,
                                     SkinItems& items) const {
   if (spots.empty()) return;
@@ -91,12 +109,20 @@ void SubjectLayer::Drawn::add_items(const ReadySubject& subject, const std::vect
   items.resize(before + spots.size());
   Loops::best().place(spots.data(), static_cast<int>(spots.size()), &triangles.piece(0),
                       corners.data(), static_cast<float>(subject.scale), &items[before].place.x);
-  if (!wide) return;
+  const bool relit = subject.skin.relit();
+  if (!wide) {
+    for (std::size_t i = 0; relit && i < spots.size(); ++i)
+      items.form.push_back(form_at(subject.skin, spots[i]));
+    return;
+  }
   // Points of wide triangles have the shares of their corners instead of views' weights.
   const std::vector<SkinItem> points(items.begin() + static_cast<std::ptrdiff_t>(before),
                                      items.end());
   items.resize(before);
   for (std::size_t i = 0; i < points.size(); ++i) {
+    // Of all items that a point takes, the first's counts.
+    if (relit) items.form.resize(items.size(), Vec3f(1.0f));
+    if (relit) items.form.push_back(form_at(subject.skin, spots[i]));
     const Origin& from = origin(spots[i].triangle);
     if (!from.wide) {
       items.push_back(points[i]);
@@ -117,6 +143,7 @@ void SubjectLayer::Drawn::add_items(const ReadySubject& subject, const std::vect
       item.parts = begin == 0 ? static_cast<std::uint32_t>((list.size() + 3) / 4) : 0;
     }
   }
+  if (relit) items.form.resize(items.size(), Vec3f(1.0f));
 }
 
 void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const SubjectEye& eye, int width,
@@ -279,10 +306,7 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
   if (depth != nullptr) hide(own, scene.view(), *depth, sample_rows);
   hulls_.triangles.draw(band, sample_rows);
   scratch.items.resize(subjects.size());
-  for (SkinItems& items : scratch.items) {
-    items.clear();
-    items.nearest_where_unseen = false;
-  }
+  for (SkinItems& items : scratch.items) items.forget();
   images_.draw(subjects, sample_rows, scratch.images);
   find_items(subjects, sample_rows, hulls_, scratch.ids.data(), scratch);
   images_.find_items(subjects, sample_rows, scratch.images, scratch.items);

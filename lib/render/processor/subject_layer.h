@@ -62,6 +62,8 @@ class SubjectLayer {
     const Origin& origin(std::uint32_t number) const { return origins[triangles.piece(number).id]; }
     /// Whether two triangles, by their numbers, are of one surface.
     bool joined(const std::vector<ReadySubject>& subjects, std::uint32_t a, std::uint32_t b) const;
+    /// Skin::form() at a spot.
+    Vec3f form_at(const Skin& skin, const SkinSpot& spot) const;
     /// Adds the spots' points to their subject's.
     void add_items(const ReadySubject& subject, const std::vector<SkinSpot>& spots,
                    SkinItems& items) const;

@@ -38,8 +38,8 @@ static_assert(sizeof(HullVertex) == 32);
 
 /// What is drawn of one hull, for all eyes.
 struct HullDrawing {
-  std::vector<HullVertex> vertices;                 ///< three per triangle
-  std::vector<std::uint32_t> corner;                ///< by vertex: index into Hull::vertices
+  std::vector<HullVertex> vertices;   ///< three per triangle
+  std::vector<std::uint32_t> corner;  ///< by vertex: that of the hull, or nearest to it
   std::vector<std::array<std::uint16_t, 4>> lists;  ///< of wide triangles
   std::vector<int> views;         ///< by slot: index into Mesh::views; only views that are used
   std::vector<int> slot_of_view;  ///< -1: not used

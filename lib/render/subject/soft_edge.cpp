@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace polyhull {
 namespace {
@@ -183,9 +184,10 @@ void add_ribbons(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) {
         }
       }
     }
-    for (const HullVertex* v :
-         {&corner[0][0], &corner[0][1], &corner[1][1], &corner[0][0], &corner[1][1], &corner[1][0]})
-      drawing.vertices.push_back(*v);
+    for (const auto& [e, side] : {std::pair{0, 0}, {0, 1}, {1, 1}, {0, 0}, {1, 1}, {1, 0}}) {
+      drawing.vertices.push_back(corner[e][side]);
+      drawing.corner.push_back(ends[e]);
+    }
   }
 }
 
