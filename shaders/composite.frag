@@ -7,14 +7,14 @@
 // and key of lib/render/fill.h there.
 uniform sampler2D background;      // sRGB-coded values
 #if defined(SHADOW) || defined(MIRROR_SHADOW)
-uniform sampler2D surface;         // albedo / pi, 1/z; on the mirror -1/z
 uniform vec3 power;                // of all lights that cast shadows, times exposure
 #endif
 #ifdef SHADOW
+uniform sampler2D surface;         // albedo / pi, 1/z
 uniform sampler2D taken;           // irradiance per power, 1/z, on the shadow's grid
 #endif
 #ifdef MIRROR_SHADOW
-uniform sampler2D mirrored_surface;  // as surface and taken, of what the mirror shows
+uniform sampler2D mirrored_surface;  // as surface and taken, of what the mirror shows where it is seen
 uniform sampler2D mirrored_taken;
 #endif
 #ifdef MIRROR
@@ -28,15 +28,20 @@ uniform vec3 ray_y;
 uniform vec3 ray_0;
 #endif
 #if defined(MIRROR) || defined(MIRROR_SHADOW)
-uniform vec3 mirror_normal;
-uniform vec3 mirror_f0;
-uniform bool only_mirrors;         // all light from there is what the mirror showed
+uniform int mirrors;               // on the way, one seen in the other
+uniform vec3 mirror_normal[4];
+uniform vec3 mirror_f0[4];
+uniform bool only_mirrors;         // all light from there is what the mirrors showed
 
-// The share of light from there that the mirror reflects, by Schlick.
+// The share of light from there that the mirrors reflect, by Schlick.
 vec3 reflectance() {
   vec2 p = gl_FragCoord.xy - 0.5;
-  float cosine = clamp(-dot(normalize(p.x * ray_x + p.y * ray_y + ray_0), mirror_normal), 0.0, 1.0);
-  return mirror_f0 + (1.0 - mirror_f0) * pow(1.0 - cosine, 5.0);
+  vec3 way = normalize(p.x * ray_x + p.y * ray_y + ray_0), share = vec3(1.0);
+  for (int i = 0; i < mirrors; ++i) {
+    float cosine = clamp(-dot(way, mirror_normal[i]), 0.0, 1.0);
+    share *= mirror_f0[i] + (1.0 - mirror_f0[i]) * pow(1.0 - cosine, 5.0);
+  }
+  return share;
 }
 #endif
 #ifdef SUBJECT
@@ -52,7 +57,6 @@ vec3 missing(ivec2 pixel, sampler2D surfaces, sampler2D grid, out vec3 irradianc
 #if GRID_STEP == 1
   irradiance = texelFetch(grid, pixel, 0).rgb;
 #else
-  own.a = abs(own.a);
   vec2 at = vec2(pixel) / float(GRID_STEP);
   vec2 base = floor(at), f = at - base;
   ivec2 last = (textureSize(surfaces, 0) + GRID_STEP - 1) / GRID_STEP - 1;
@@ -104,7 +108,7 @@ float share_taken(ivec2 pixel, vec3 taken) {
   vec4 own = texelFetch(surface, pixel, 0);
   // Metal scatters nothing, so the shadow is not seen on it.
   if (own.a == 0.0 || own.rgb == vec3(0.0) || taken == vec3(0.0)) return 0.0;
-  vec3 way = (float(pixel.x) * ray_x + float(pixel.y) * ray_y + ray_0) / abs(own.a);
+  vec3 way = (float(pixel.x) * ray_x + float(pixel.y) * ray_y + ray_0) / own.a;
   vec3 normal = normalize(texelFetch(normals, pixel, 0).xyz);
   // Of a grey surface: on a coloured one it is the same, and black alone has no colour to say more.
   const vec3 luminance = vec3(0.2126, 0.7152, 0.0722);
@@ -182,7 +186,7 @@ void main() {
   image = texelFetch(mirror, pixel, 0);
 #endif
 #ifdef MIRROR_SHADOW
-  if (texelFetch(surface, pixel, 0).a < 0.0) {
+  if (texelFetch(mirrored_surface, pixel, 0).a > 0.0) {
     // Before the subject's image, which takes the place of what was there: of all, where the mirror
     // only mirrors, or of what it showed.
     float open = only_mirrors ? 1.0 : 1.0 - image.a;

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What of the scene's surfaces the shadow asks for, kept as long as the view stays: what they scatter
-// evenly, albedo / pi, and their normals, to the eye's side; and 1/z of both, negative beside the albedo
-// of the mirror that is marked. With CLIPPED, what a mirror shows: nothing from behind its
-// plane, and only where it is seen itself.
+// evenly, albedo / pi, and their normals, to the eye's side; and 1/z of both. With CLIPPED, what a mirror
+// shows: nothing from behind its plane.
 in vec3 world;
 in vec3 world_normal;
 in vec2 uv;
 uniform vec3 eye;
-uniform bool marked;
 #ifdef CLIPPED
-uniform vec4 plane;             // dot(plane.xyz, X) + plane.w > 0 is kept
-uniform sampler2D mirror_seen;  // the viewport's albedo, where the mirror is marked
+uniform vec4 plane;  // dot(plane.xyz, X) + plane.w > 0 is kept
 #endif
 layout(location = 0) out vec4 albedo;
 layout(location = 1) out vec4 surface;
@@ -18,11 +15,10 @@ layout(location = 1) out vec4 surface;
 void main() {
 #ifdef CLIPPED
   if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
-  if (texelFetch(mirror_seen, ivec2(gl_FragCoord.xy), 0).a >= 0.0) discard;
 #endif
   vec3 normal = normalize(world_normal);
   vec3 way = eye - world;
   if (dot(normal, way) < 0.0) normal = -normal;
-  albedo = vec4(diffuse_albedo(uv, dot(normal, normalize(way))) / PI, marked ? -gl_FragCoord.w : gl_FragCoord.w);
+  albedo = vec4(diffuse_albedo(uv, dot(normal, normalize(way))) / PI, gl_FragCoord.w);
   surface = vec4(normal, gl_FragCoord.w);
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "base/error.h"
 #include "render/shadow_recipe.h"
@@ -97,27 +98,18 @@ PlacedSubject place(const RenderSubject& subject) {
   return out;
 }
 
-/// The pixels in which \p mirror can be seen from its front.
-Rectangle front_of(const Mirror& mirror, const RenderPlan& plan, const RenderFrame& frame) {
-  if (glm::dot(Vec3(mirror.normal), plan.eye) <= mirror.offset) return {};
-  const std::vector<Vec3> outline(mirror.outline.begin(), mirror.outline.end());
-  return screen_rectangle(outline, plan.clip_from_scene, frame.width, frame.height);
-}
-
-/// The pixels, of those in \p front, in which \p mirror can show the subjects.
-Rectangle mirror_rectangle(const Mirror& mirror, const Rectangle& front, const RenderPlan& plan,
-                           const RenderFrame& frame) {
-  if (front.empty()) return {};
-  const Mat4 clip = plan.clip_from_scene * reflection(Vec3(mirror.normal), mirror.offset);
-  Rectangle images;
-  for (const PlacedSubject& subject : plan.subjects) {
-    const bool in_front = std::any_of(subject.points.begin(), subject.points.end(), [&](auto& p) {
-      return glm::dot(mirror.normal, p) > mirror.offset;
-    });
-    if (!in_front) continue;
-    images = bounding(images, screen_rectangle(subject.points, clip, frame.width, frame.height));
-  }
-  return intersection(images, front);
+/// Finds the mirrors in which subjects are seen.
+void plan_mirrors(const RenderFrame& frame, const RenderSettings& settings, const Camera& viewport,
+                  RenderPlan& plan) {
+  MirrorSearch search{*frame.scene,          plan.clip_from_scene, plan.eye,
+                      PixelRays(viewport),   frame.width,          frame.height,
+                      settings.mirror_depth, settings.skip,        {}};
+  for (const PlacedSubject& subject : plan.subjects) search.subjects.emplace_back(subject.points);
+  plan.mirrors = find_seen_mirrors(search);
+  std::set<std::size_t> seen;
+  for (const SeenMirror& mirror : plan.mirrors)
+    if (mirror.sight > 0) seen.insert(mirror.way.front());
+  plan.mirrors_skipped = frame.scene->mirrors.size() - seen.size();
 }
 
 /// How many pixels the soft edge of \p subject reaches beyond its hull, at most \p most; 0 where all of
@@ -137,40 +129,39 @@ int pixels_beyond(const PlacedSubject& subject, const RenderPlan& plan, int most
   return pixels < most ? static_cast<int>(std::ceil(pixels)) : most;
 }
 
-int area(const Rectangle& r) {
-  return r.empty() ? 0 : r.width * r.height;
-}
-
 /// Finds the lights whose shadows of what stands in \p people are seen, and where; \p plan has its
-/// mirror.
+/// mirrors.
 void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, const Bounds& people,
                   const Bounds& everything, RenderPlan& plan) {
-  const Mirror* mirror = settings.mirror == MirrorMode::fresnel ? mirror_of(frame, plan) : nullptr;
+  const bool mirrored = settings.mirror == MirrorMode::fresnel;
   const Rectangle whole{0, 0, frame.width, frame.height};
   double places = 0.0;  // of all lights' grids
   for (ShadowLight& light :
        find_shadow_lights(frame.lights, frame.exposure, people, !settings.skip)) {
     if (!light.idle) {
       const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
-      places += static_cast<double>(frame.width) * frame.height / (step * step);
+      places += static_cast<double>(frame.width) * frame.height / (step * step) *
+                static_cast<double>(std::max<std::size_t>(plan.mirrors.size(), 1));
       if (!plan.blocked_lights.empty() && places > most_shadow_places) continue;
       plan.blocked_lights.push_back(light.light);
     }
     const std::vector<Vec3> volume = shadow_volume(frame.lights[light.light], people, everything);
     light.seen = screen_rectangle(volume, plan.clip_from_scene, frame.width, frame.height);
-    if (mirror)
-      light.in_mirror = intersection(
-          front_of(*mirror, plan, frame),
-          screen_rectangle(volume,
-                           plan.clip_from_scene * reflection(Vec3(mirror->normal), mirror->offset),
-                           frame.width, frame.height));
-    if (!settings.skip) {
-      light.seen = whole;
-      if (!light.in_mirror.empty()) light.in_mirror = whole;
+    if (!settings.skip) light.seen = whole;
+    bool seen = !light.seen.empty();
+    for (SeenMirror& mirror : plan.mirrors) {
+      Rectangle& part = light.in_mirrors.emplace_back();
+      if (mirrored)
+        part =
+            intersection(mirror.seen, screen_rectangle(volume, plan.clip_from_scene * mirror.turned,
+                                                       frame.width, frame.height));
+      if (!settings.skip && !part.empty()) part = whole;
+      seen = seen || !part.empty();
     }
-    if (light.seen.empty() && light.in_mirror.empty()) continue;
+    if (!seen) continue;
     plan.shadow = bounding(plan.shadow, light.seen);
-    plan.mirror_shadow = bounding(plan.mirror_shadow, light.in_mirror);
+    for (std::size_t i = 0; i < plan.mirrors.size(); ++i)
+      plan.mirrors[i].shadow = bounding(plan.mirrors[i].shadow, light.in_mirrors[i]);
     plan.lights.push_back(light);
   }
   plan.lights_skipped = frame.lights.size() - plan.lights.size();
@@ -231,42 +222,30 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                                                        whole));
   }
   if (frame.scene && !frame.scene->meshes.empty()) {
-    if (settings.mirror != MirrorMode::off) {
-      for (std::size_t i = 0; i < frame.scene->mirrors.size(); ++i) {
-        const Mirror& mirror = frame.scene->mirrors[i];
-        const Rectangle front = front_of(mirror, plan, frame);
-        const Rectangle image = mirror_rectangle(mirror, front, plan, frame);
-        if (area(image) <= area(plan.mirror)) continue;
-        plan.mirror = image;
-        plan.mirror_index = static_cast<int>(i);
-      }
-    }
+    if (settings.mirror != MirrorMode::off) plan_mirrors(frame, settings, viewport, plan);
     if (settings.shadow != ShadowQuality::off)
       plan_shadows(frame, settings, people, everything, plan);
   }
-  if (!settings.skip) {
-    plan.subject = whole;
-    if (plan.mirror_index >= 0) plan.mirror = whole;
-  }
+  if (!settings.skip) plan.subject = whole;
   return plan;
 }
 
-const Mirror* mirror_of(const RenderFrame& frame, const RenderPlan& plan) {
-  if (plan.mirror_index < 0) return nullptr;
-  return &frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)];
+Rectangle RenderPlan::mirror() const {
+  Rectangle all;
+  for (const SeenMirror& seen : mirrors) all = bounding(all, seen.image);
+  return all;
 }
 
-Vec4 kept_side(const Mirror& mirror) {
-  return Vec4(Vec3(mirror.normal), -mirror.offset - 1e-4f);
+Rectangle RenderPlan::mirror_shadow() const {
+  Rectangle all;
+  for (const SeenMirror& seen : mirrors) all = bounding(all, seen.shadow);
+  return all;
 }
 
-std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame,
-                          const RenderPlan& plan) {
+std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderPlan& plan) {
   std::vector<Vec3> eyes{Vec3(subject.from_scene * Vec4(plan.eye, 1.0))};
-  if (const Mirror* m = mirror_of(frame, plan)) {
-    const Vec4 image = reflection(Vec3(m->normal), m->offset) * Vec4(plan.eye, 1.0);
-    eyes.emplace_back(subject.from_scene * image);
-  }
+  for (const SeenMirror& seen : plan.mirrors)
+    if (seen.sight > 0) eyes.emplace_back(subject.from_scene * Vec4(seen.eye, 1.0));
   return eyes;
 }
 

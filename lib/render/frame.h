@@ -14,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "render/grade.h"
 #include "render/projection.h"
+#include "render/seen_mirrors.h"
 #include "render/shadow_lights.h"
 #include "scene/scene.h"
 
@@ -28,7 +29,7 @@ class TracedScene;    // raytrace/traced_scene.h
 /// lights' middles alone.
 enum class ShadowQuality { off, hard, fast, good, best };
 
-/// How the subjects' image is drawn in the scene's planar mirror in which it is largest.
+/// How the subjects' images are drawn in the scene's planar mirrors.
 enum class MirrorMode {
   off,
   fresnel,  ///< by the material: the subject takes the place of what the mirror showed
@@ -56,6 +57,8 @@ struct RenderSettings {
   int shadow_map_size = 256;  ///< GL only: texels per side, 16 to 4096; of a hard shadow 8 times
   MirrorMode mirror = MirrorMode::fresnel;
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
+  /// By way of how many mirrors, one seen in the other, subjects are seen; 1 to 4.
+  int mirror_depth = 1;
   /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.
   int edge_samples = 4;
   AlphaCoding alpha = AlphaCoding::ignored;
@@ -130,32 +133,27 @@ struct RenderPlan {
   double pixel_size = 0.0;              ///< of the viewport at depth 1
   std::vector<PlacedSubject> subjects;  ///< those that are not empty
   int unusable = 0;                     ///< those left out: not finite, or beyond 1e9 m
-  Rectangle subject, shadow, mirror;
-  Rectangle mirror_shadow;  ///< where the mirror may show the shadow
+  Rectangle subject, shadow;
+  std::vector<SeenMirror> mirrors;  ///< each after the one that shows it
+  std::size_t mirrors_skipped = 0;  ///< of Scene::mirrors: nobody is seen in them
   std::vector<ShadowLight>
       lights;  ///< those whose shadows are drawn; `shadow` and so on bound theirs
   /// The lights that subjects can block, whether their shadows are in the picture or not: of all these
   /// together the renderers keep what is taken as a share.
   std::vector<std::size_t> blocked_lights;
   std::size_t lights_skipped = 0;  ///< of RenderFrame::lights: their shadows cannot be seen
-  int mirror_index = -1;           ///< into Scene::mirrors
+  /// Where any mirror may show the subjects, and where their shadow.
+  Rectangle mirror() const;
+  Rectangle mirror_shadow() const;
   Rectangle changed() const {
-    return bounding(bounding(subject, shadow), bounding(mirror, mirror_shadow));
+    return bounding(bounding(subject, shadow), bounding(mirror(), mirror_shadow()));
   }
   bool untouched() const { return changed().empty(); }
 };
 
-/// The plan's mirror; null: none.
-const Mirror* mirror_of(const RenderFrame& frame, const RenderPlan& plan);
-
-/// The plane of \p mirror, moved a hair to its front so that the mirror does not show itself: what is
-/// seen in it lies on the positive side of dot(xyz, X) + w = 0, scene coordinates.
-Vec4 kept_side(const Mirror& mirror);
-
-/// Who looks at \p subject, in its mesh's world coordinates: the viewport's eye, and with a mirror
-/// that eye's image in it.
-std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame,
-                          const RenderPlan& plan);
+/// Who looks at \p subject, in its mesh's world coordinates: the viewport's eye, and its images behind
+/// the mirrors in which subjects may be seen (SeenMirror::sight).
+std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderPlan& plan);
 
 /// All subjects of \p plan that have triangles as one shape: corners in scene coordinates, three to a
 /// triangle.

@@ -9,6 +9,14 @@
 
 namespace polyhull {
 
+void RenderStatistics::set_mirrors(const RenderPlan& plan) {
+  mirror_skipped = plan.mirror().empty();
+  mirrors = static_cast<std::uint64_t>(
+      std::count_if(plan.mirrors.begin(), plan.mirrors.end(),
+                    [](const SeenMirror& seen) { return seen.sight > 0; }));
+  mirrors_skipped = plan.mirrors_skipped;
+}
+
 void RenderStatistics::add(const RenderStatistics& part) {
   for (const PassTime& time : part.passes) {
     const auto same = std::find_if(passes.begin(), passes.end(), [&](const PassTime& own) {
@@ -29,6 +37,8 @@ void RenderStatistics::add(const RenderStatistics& part) {
   rays += part.rays;
   shadow_lights = std::max(shadow_lights, part.shadow_lights);
   lights_skipped = std::max(lights_skipped, part.lights_skipped);
+  mirrors = std::max(mirrors, part.mirrors);
+  mirrors_skipped = std::max(mirrors_skipped, part.mirrors_skipped);
   pixels_shaded += part.pixels_shaded;
   pixels_changed += part.pixels_changed;
   subject_skipped = subject_skipped && part.subject_skipped;
@@ -63,7 +73,7 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
     scene_bounds_ = bounds_of(points);
   }
   RenderPlan plan = plan_frame(frame, settings, scene_bounds_);
-  if (plan.subject.empty() && plan.mirror.empty()) return plan;
+  if (plan.subject.empty() && plan.mirror().empty()) return plan;
   for (PlacedSubject& subject : plan.subjects)
     if (subject.lighting != SubjectLighting::off)
       if (const TracedScene* scene = traced(frame)) {

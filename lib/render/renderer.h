@@ -6,9 +6,10 @@
 /// In linear light, per pixel, with L the background's radiance times the exposure:
 ///   L' = L - (albedo / pi) * E_taken            the light that the subjects block, of all lights
 ///          - F (albedo_m / pi) * E_taken_m        together, here and, by F, where a mirror looks
-///   L" = L' + F * S - min(F * R, L')            F Schlick's Fresnel term of the mirror, S the
-///                                               subject's image in it, R what it showed there; of
-///                                               metal that is all there was, L'
+///   L" = L' + F * S - min(F * R, L')            F Schlick's Fresnel term of the mirror (of mirrors
+///                                               seen in mirrors the product), S the subject's image
+///                                               in it, R what it showed there; of metal that is all
+///                                               there was, L'
 ///   out = (1 - a) L" + a C                      C the subject's own picture, a its coverage
 /// Over a background that is not opaque this becomes a fill and its key (fill.h).
 #pragma once
@@ -46,10 +47,16 @@ struct RenderStatistics {
   bool mirror_skipped = false;
   /// Lights whose shadows are drawn, and those whose shadows cannot be seen (shadow_lights.h).
   std::uint64_t shadow_lights = 0, lights_skipped = 0;
+  /// Mirrors in which subjects are drawn, one seen in another counts too; and those of the scene in
+  /// which nobody is seen.
+  std::uint64_t mirrors = 0, mirrors_skipped = 0;
   bool scene_depth_reused = false;
   bool scene_planes_taken = false;    ///< RenderFrame::planes, for a view that is new
   bool static_shadow_reused = false;  ///< what the scene itself hides from the light
   bool mesh_reused = false;           ///< what was made ready of it before is used again
+
+  /// What \p plan says of mirrors.
+  void set_mirrors(const RenderPlan& plan);
 
   /// Adds those of a frame's next part, of a composite that is drawn in parts (lens/lens_picture.h):
   /// times and counts are added up, skipped is what none of them has drawn, and of the scene holds

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "base/convex_hull.h"
 #include "base/error.h"
+#include "scene/mirror_triangles.h"
 
 namespace polyhull {
 namespace {
@@ -18,6 +20,24 @@ struct Plane {
   float offset;
   std::vector<Vec3f> points;
 };
+
+/// The plane of triangle \p number of \p mesh; none where it has no area.
+std::optional<Plane> plane_of(const SceneMesh& mesh, std::size_t number) {
+  const std::uint32_t* corner = &mesh.triangles[3 * number];
+  const Vec3f p[3] = {mesh.positions[corner[0]], mesh.positions[corner[1]],
+                      mesh.positions[corner[2]]};
+  const Vec3f cross = glm::cross(p[1] - p[0], p[2] - p[0]);
+  const float size = glm::length(cross);
+  if (!(size > 0.0f)) return std::nullopt;
+  const Vec3f normal = cross / size;
+  return Plane{normal, glm::dot(normal, (p[0] + p[1] + p[2]) / 3.0f), {p[0], p[1], p[2]}};
+}
+
+/// Whether \p plane counts as the one of \p normal and \p offset.
+bool same_plane(const Vec3f& normal, float offset, const Plane& plane) {
+  return glm::dot(normal, plane.normal) > 1.0f - 1e-6f &&
+         std::abs(offset - plane.offset) < 1e-4f * (1.0f + std::abs(plane.offset));
+}
 
 /// The convex hull of the plane's points, counter-clockwise around the normal.
 std::vector<Vec3f> outline_of(const Plane& plane) {
@@ -47,31 +67,43 @@ std::vector<Mirror> find_mirrors(const Scene& scene) {
     const SceneMesh& mesh = scene.meshes[m];
     if (!scene.materials.at(mesh.material).is_mirror()) continue;
     std::vector<Plane> planes;
-    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
-      const Vec3f p[3] = {mesh.positions[mesh.triangles[i]], mesh.positions[mesh.triangles[i + 1]],
-                          mesh.positions[mesh.triangles[i + 2]]};
-      const Vec3f cross = glm::cross(p[1] - p[0], p[2] - p[0]);
-      const float size = glm::length(cross);
-      if (!(size > 0.0f)) continue;
-      const Vec3f normal = cross / size;
-      const float offset = glm::dot(normal, (p[0] + p[1] + p[2]) / 3.0f);
-      const float tolerance = 1e-4f * (1.0f + std::abs(offset));
+    for (std::size_t i = 0; i < mesh.triangles.size() / 3; ++i) {
+      const std::optional<Plane> own = plane_of(mesh, i);
+      if (!own) continue;
       auto plane = std::find_if(planes.begin(), planes.end(), [&](const Plane& other) {
-        return glm::dot(other.normal, normal) > 1.0f - 1e-6f &&
-               std::abs(other.offset - offset) < tolerance;
+        return same_plane(other.normal, other.offset, *own);
       });
       if (plane == planes.end()) {
-        planes.push_back({normal, offset, {}});
+        planes.push_back({own->normal, own->offset, {}});
         plane = planes.end() - 1;
         if (planes.size() > most_planes_of_a_mesh) break;
       }
-      plane->points.insert(plane->points.end(), p, p + 3);
+      plane->points.insert(plane->points.end(), own->points.begin(), own->points.end());
     }
     if (planes.size() > most_planes_of_a_mesh) continue;
     for (const Plane& plane : planes)
       mirrors.push_back({static_cast<int>(m), plane.normal, plane.offset, outline_of(plane)});
   }
   return mirrors;
+}
+
+std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh) {
+  const SceneMesh& of = scene.meshes[mesh];
+  std::vector<int> out(of.triangles.size() / 3, -1);
+  std::vector<int> own;  // mirrors of the mesh
+  for (std::size_t m = 0; m < scene.mirrors.size(); ++m)
+    if (scene.mirrors[m].mesh == static_cast<int>(mesh)) own.push_back(static_cast<int>(m));
+  if (own.size() == 1) out.assign(out.size(), own[0]);
+  for (std::size_t i = 0; own.size() > 1 && i < out.size(); ++i) {
+    const std::optional<Plane> plane = plane_of(of, i);
+    if (!plane) continue;
+    const auto found = std::find_if(own.begin(), own.end(), [&](int m) {
+      const Mirror& mirror = scene.mirrors[static_cast<std::size_t>(m)];
+      return same_plane(mirror.normal, mirror.offset, *plane);
+    });
+    if (found != own.end()) out[i] = *found;
+  }
+  return out;
 }
 
 void set_light(Scene& scene, std::size_t index, const Light& light) {

@@ -41,6 +41,8 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "subject-skipped",
                       "shadow-skipped",
                       "mirror-skipped",
+                      "mirrors",
+                      "mirrors-skipped",
                       "shadow-lights",
                       "lights-skipped",
                       "scene-depth-reused",
@@ -315,6 +317,8 @@ void FrameComposer::report(const RenderStatistics& s) {
   statistics_.count("subject-skipped", s.subject_skipped);
   statistics_.count("shadow-skipped", s.shadow_skipped);
   statistics_.count("mirror-skipped", s.mirror_skipped);
+  statistics_.count("mirrors", s.mirrors);
+  statistics_.count("mirrors-skipped", s.mirrors_skipped);
   statistics_.count("shadow-lights", s.shadow_lights);
   statistics_.count("lights-skipped", s.lights_skipped);
   statistics_.count("scene-depth-reused", s.scene_depth_reused);

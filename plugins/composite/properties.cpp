@@ -130,10 +130,15 @@ std::span<const Property<CompositeSettings>> composite_properties() {
                            "How exactly the subject's shadows of the scene's lights are drawn. "
                            "How soft each is depends on the size of its light."),
       property<&S::mirror>("mirror", "Mirror",
-                           "How the subject's image in a planar mirror of the scene is drawn: the "
-                           "mirror in which it is largest."),
+                           "How the subject's images in the scene's planar mirrors are drawn: "
+                           "where there are more than eight, in those in which it is largest."),
       property<&S::reflection_alpha>("reflection-alpha", "Reflection alpha",
                                      "Share of the mirror image in mirror=plain (0 to 1).", 0, 1),
+      property<&S::mirror_depth>(
+          "mirror-depth", "Mirror depth",
+          "By way of how many mirrors, one seen in the other, the subject is "
+          "seen (1 to 4).",
+          1, 4),
       property<&S::alpha>("alpha", "Alpha",
                           "What the colours beside an alpha below 1 are, of the background and of "
                           "the output alike. "
@@ -221,6 +226,7 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   out.shadow = settings.shadow;
   out.mirror = settings.mirror;
   out.reflection_alpha = static_cast<float>(settings.reflection_alpha);
+  out.mirror_depth = settings.mirror_depth;
   out.alpha = settings.alpha;
   out.edge_samples = settings.edge_samples;
   out.soft_edges = settings.soft_edges;

@@ -46,6 +46,7 @@ struct CompositeSettings : ViewportSettings {
   ShadowQuality shadow = RenderSettings{}.shadow;
   MirrorMode mirror = RenderSettings{}.mirror;
   double reflection_alpha = RenderSettings{}.reflection_alpha;
+  int mirror_depth = RenderSettings{}.mirror_depth;
   AlphaCoding alpha = AlphaCoding::straight;
   CompositeView view = CompositeView::composite;
   int edge_samples = RenderSettings{}.edge_samples;

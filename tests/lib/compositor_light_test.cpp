@@ -521,7 +521,7 @@ TEST_P(CompositorLightTest, SkippingChangesNoBitOfTheShadowInTheMirror) {
                     : synthetic::look_at({0, 1, 3}, {0, 0.4, -1}, 200, 150, 40.0));
     shot.settings.shadow = i < 2 ? ShadowQuality::good : ShadowQuality::fast;
     const RenderPlan plan = lazy.plan(shot.frame, shot.settings);
-    EXPECT_FALSE(plan.mirror_shadow.empty()) << i;
+    EXPECT_FALSE(plan.mirror_shadow().empty()) << i;
     unseen += plan.shadow.empty();
     const RenderSettings skipping = shot.settings;
     shot.settings.skip = false;

@@ -258,8 +258,8 @@ TEST(Plan, DrawsAsManyLightsAsItCanKeep) {
   EXPECT_EQ(plan_frame(frame, settings, scene).lights.size(), 40u);
 }
 
-// Of several mirrors the one that shows most of the subject; none from behind.
-TEST(Plan, TakesTheMirrorThatShowsMost) {
+// Mirrors show subjects from their front, where those are in their frame; of many, the largest count.
+TEST(Plan, FindsTheMirrorsThatShowSubjects) {
   auto scene = std::make_shared<Scene>();
   const auto mirror = [&](float half, float height) {
     Mirror m;
@@ -283,9 +283,24 @@ TEST(Plan, TakesTheMirrorThatShowsMost) {
   frame.scene = scene;
   frame.subjects.push_back({&mesh, {}, 0});
   frame.viewport = look_at({0, 1.5, 6}, {0, 0.5, 0}, 50, 320, 240);
-  EXPECT_EQ(plan_frame(frame, {}, bounds_of(floor.positions)).mirror_index, 1);
+  const auto shown = [&] {
+    std::vector<std::size_t> out;
+    const RenderPlan plan = plan_frame(frame, {}, bounds_of(floor.positions));
+    for (const SeenMirror& seen : plan.mirrors)
+      if (!seen.image.empty()) out.push_back(seen.way.back());
+    EXPECT_EQ(plan.mirrors_skipped, scene->mirrors.size() - out.size());
+    return out;
+  };
+  EXPECT_EQ(shown(), (std::vector<std::size_t>{0, 1, 2}));
+  // A tile beside all ways to the subject, though the rectangles of their images meet.
+  scene->mirrors[2].outline = {
+      {0.68f, 0, -0.9f}, {0.75f, 0, -0.9f}, {0.75f, 0, -1.05f}, {0.68f, 0, -1.05f}};
+  EXPECT_EQ(shown(), (std::vector<std::size_t>{0, 1}));
+  for (int i = 0; i < 9; ++i) mirror(0.6f + 0.1f * static_cast<float>(i % 5), 0.0f);
+  EXPECT_EQ(shown().size(), most_mirrors);
+  EXPECT_EQ(shown().front(), 1u);
   frame.viewport = look_at({0, -1.5, 6}, {0, 0.5, 0}, 50, 320, 240);
-  EXPECT_EQ(plan_frame(frame, {}, bounds_of(floor.positions)).mirror_index, -1);
+  EXPECT_TRUE(shown().empty());
 }
 
 }  // namespace

@@ -56,12 +56,13 @@ void FigureStage::fill_background(std::uint8_t value) {
   background.pixels.assign(static_cast<std::size_t>(frame.width) * frame.height * 4, value);
 }
 
-Picture FigureStage::truth(int light_side, int pixel_side) const {
+Picture FigureStage::truth(int light_side, int pixel_side, int mirrors) const {
   SimpleTrace trace(*scene, ambient);
   const RenderPlan plan = plan_frame(frame, {}, {});
   const Mat4 back = plan.subjects[0].from_scene;
-  trace.add_subject(plan.subjects[0].points, subject.mesh.hull.triangles,
-                    [back](const Vec3f& p) { return paint(Vec3(back * Vec4(Vec3(p), 1.0))); });
+  trace.add_subject(
+      plan.subjects[0].points, subject.mesh.hull.triangles,
+      [back](const Vec3f& p) { return paint(Vec3(back * Vec4(Vec3(p), 1.0))); }, mirrors);
   return trace.draw(frame.viewport, light_side, pixel_side);
 }
 

@@ -28,8 +28,8 @@ struct FigureStage {
   void trace_background(int light_side = 8, int pixel_side = 2);
   /// An even background of one sRGB value.
   void fill_background(std::uint8_t value);
-  /// The background with the figure in it, by rays.
-  Picture truth(int light_side = 8, int pixel_side = 2) const;
+  /// The background with the figure in it, by rays; by way of \p mirrors at most.
+  Picture truth(int light_side = 8, int pixel_side = 2, int mirrors = 3) const;
   /// Renders the frame over the background.
   Picture composite(Renderer& renderer, const RenderSettings& settings) const;
 

@@ -27,14 +27,18 @@ inline float to_srgb(float c) {
 
 class SimpleTrace {
  public:
+  static constexpr int most_mirrors = 3;  ///< on the way of a ray
+
   SimpleTrace(const Scene& scene, const Vec3f& ambient) : scene_(scene), ambient_(ambient) {
     for (const SceneMesh& mesh : scene.meshes) caster_.add_mesh(mesh.positions, mesh.triangles);
     caster_.commit();
   }
 
-  /// Adds the subject; \p colour gives its sRGB colour (0..1) at a scene point.
+  /// Adds the subject; \p colour gives its sRGB colour (0..1) at a scene point. It is seen by way of at
+  /// most \p mirrors.
   void add_subject(const std::vector<Vec3f>& points, const std::vector<std::uint32_t>& triangles,
-                   std::function<Vec3f(const Vec3f&)> colour) {
+                   std::function<Vec3f(const Vec3f&)> colour, int mirrors = most_mirrors) {
+    mirrors_ = mirrors;
     subject_ = caster_.add_mesh(points, triangles);
     caster_.commit();
     colour_ = std::move(colour);
@@ -74,6 +78,8 @@ class SimpleTrace {
     const RayHit hit = caster_.intersect(ray);
     if (!hit.hit()) return Vec3f(0.0f);
     const Vec3f point = ray.origin + hit.distance * ray.direction;
+    if (hit.mesh == subject_ && depth > mirrors_)
+      return radiance({point, 1e-3f, ray.direction}, light_side, depth);
     if (hit.mesh == subject_) {
       const Vec3f c = colour_(point);
       return {to_linear(c.x), to_linear(c.y), to_linear(c.z)};
@@ -113,7 +119,7 @@ class SimpleTrace {
     const Vec3f fresnel = f0 + (1.0f - f0) * std::pow(1.0f - cosine, 5.0f);
     out += scattered * (1.0f - fresnel) * (1.0f - material.metallic);
     out *= scene_.exposure;
-    if (depth < 3) {
+    if (depth < most_mirrors) {
       const Vec3f reflected = glm::reflect(ray.direction, normal);
       out += fresnel * radiance({point, 1e-3f, reflected}, light_side, depth + 1);
     }
@@ -124,6 +130,7 @@ class SimpleTrace {
   Vec3f ambient_;
   RayCaster caster_;
   std::uint32_t subject_ = 0xfffffffeu;
+  int mirrors_ = most_mirrors;
   std::function<Vec3f(const Vec3f&)> colour_;
 };
 

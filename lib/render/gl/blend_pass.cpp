@@ -11,19 +11,20 @@ struct BlendTiles {
 };
 
 /// The tiles that the plan's layers touch, by the layers; those that only the shadow may touch last.
-std::vector<BlendTiles> blend_tiles(const PassInput& in) {
+std::vector<BlendTiles> blend_tiles(const PassInput& in, const BlendLayers& layers) {
   const int width = in.frame.width, height = in.frame.height;
   const Rectangle whole{0, 0, width, height};
   constexpr int side = small_tile_side;
   TileMask subject(width, height, side), mirror(width, height, side), shadow(width, height, side);
-  shadow.add(in.plan.shadow);
-  shadow.add(in.plan.mirror_shadow);
+  if (layers.front) shadow.add(in.plan.shadow);
+  if (layers.seen) shadow.add(layers.seen->shadow);
   for (const PlacedSubject& placed : in.plan.subjects) {
-    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole),
-                placed.beyond);
-    if (const Mirror* m = mirror_of(in.frame, in.plan))
-      mirror.add(placed, in.plan.clip_from_scene * reflection(Vec3(m->normal), m->offset),
-                 intersection(in.plan.mirror, whole));
+    if (layers.front)
+      subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole),
+                  placed.beyond);
+    if (layers.seen)
+      mirror.add(placed, in.plan.clip_from_scene * layers.seen->turned,
+                 intersection(layers.seen->image, whole));
   }
   std::vector<BlendTiles> out = {{true, true, {}}, {true, false, {}}, {false, true, {}}, {}};
   for (int y = 0; y < subject.rows(); ++y)
@@ -36,13 +37,16 @@ std::vector<BlendTiles> blend_tiles(const PassInput& in) {
 }
 
 /// What the mirror reflects.
-void set_mirror(const PassInput& in, gl::Program& blend) {
-  const Mirror* m = mirror_of(in.frame, in.plan);
-  const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m->mesh)];
-  const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
-  blend.set("mirror_normal", m->normal);
-  blend.set("mirror_f0", material.f0());
-  blend.set("only_mirrors", material.only_mirrors());
+void set_mirror(const PassInput& in, const SeenMirror& seen, gl::Program& blend) {
+  std::vector<glm::vec3> normals, f0;
+  for (const MirrorSurface& surface : surfaces_of(*in.frame.scene, seen)) {
+    normals.push_back(surface.normal);
+    f0.push_back(surface.f0);
+  }
+  blend.set("mirrors", static_cast<int>(normals.size()));
+  blend.set("mirror_normal", std::span<const glm::vec3>(normals));
+  blend.set("mirror_f0", std::span<const glm::vec3>(f0));
+  blend.set("only_mirrors", only_mirrors(*in.frame.scene, seen));
   blend.set("reflection_alpha",
             in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);
 }
@@ -74,21 +78,21 @@ void BlendPass::set_layers(const PassInput& in, const BlendLayers& layers, const
     blend.set(sampler, unit);
   };
   bind(0, "background", layers.background);
-  if (kind.shadow || kind.mirror_shadow) {
-    blend.set("power", in.power);
+  if (kind.shadow || kind.mirror_shadow) blend.set("power", in.power);
+  if (kind.shadow) {
     bind(1, "surface", layers.direct.albedo());
+    bind(2, "taken", layers.shadow.taken());
   }
-  if (kind.shadow) bind(2, "taken", layers.shadow.taken());
   if (kind.mirror) {
-    bind(3, "mirror", layers.mirror.image());
-    bind(4, "mirrored_scene", layers.mirror.shown());
+    bind(3, "mirror", layers.mirror->image());
+    bind(4, "mirrored_scene", layers.mirror->shown());
   }
   if (kind.subject) bind(5, "subject", layers.subject);
   if (kind.mirror_shadow) {
-    bind(8, "mirrored_surface", layers.mirrored.albedo());
-    bind(9, "mirrored_taken", layers.mirror_shadow.taken());
+    bind(8, "mirrored_surface", layers.in_mirror->layers.albedo());
+    bind(9, "mirrored_taken", layers.in_mirror->shadow.taken());
   }
-  if (kind.mirror || kind.mirror_shadow) set_mirror(in, blend);
+  if (kind.mirror || kind.mirror_shadow) set_mirror(in, *layers.seen, blend);
   const bool lit = kind.fill && kind.shadow;
   if (kind.mirror || kind.mirror_shadow || lit) {
     const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
@@ -109,11 +113,12 @@ void BlendPass::draw(const PassInput& in, const BlendLayers& layers) {
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_BLEND);
   gl::scissor(in.plan.changed());
-  const bool seen = !in.plan.shadow.empty(), mirrored = !in.plan.mirror_shadow.empty();
+  const bool seen = layers.front && !in.plan.shadow.empty();
+  const bool mirrored = layers.seen && !layers.seen->shadow.empty();
   const bool has_shadow = seen || mirrored;
-  const GLuint in_mirror = mirrored ? layers.mirror_shadow.touched() : 0;
+  const GLuint in_mirror = mirrored ? layers.in_mirror->shadow.touched() : 0;
   const GLuint may = seen ? layers.shadow.touched() : in_mirror;
-  for (const BlendTiles& kind : blend_tiles(in)) {
+  for (const BlendTiles& kind : blend_tiles(in, layers)) {
     if (kind.tiles.empty()) continue;
     for (const bool shaded : {true, false}) {
       if (shaded ? !has_shadow : !kind.mirror && !kind.subject) continue;

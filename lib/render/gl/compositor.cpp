@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "base/error.h"
@@ -37,21 +38,23 @@ struct Compositor::State {
   SceneBuffers scene;
   std::vector<SubjectBuffers> subjects;
   std::vector<SkinKey> skin_keys;
-  SceneLayers layers, mirrored_layers;  // as the viewport sees the scene, and in the plan's mirror
+  SceneLayers layers;  // as the viewport sees the scene
   DepthPicturePass depth_picture;
   gl::EdgeLayer front;
   LightMaps maps;  // of the latest lights that throw shadows
   ShadowPrograms shadow_programs;
-  ShadowPass shadow{shadow_programs}, mirror_shadow{shadow_programs};  // on these layers
+  ShadowPass shadow{shadow_programs};                               // on the layers
+  std::map<std::vector<std::size_t>, MirrorShadow> mirror_shadows;  // by SeenMirror::way
   MirrorPass mirror;
   BlendPass blend;
   BackgroundTexture background;
   gl::Texture output;
+  gl::Texture beneath;  // the background with what all but one of the mirrors show
   gl::Framebuffer target, source;
   gl::PixelReadings readings;
   gl::PixelQuery blended, blended_for[2];  // pixels that the blend draws: of render(), by places
   std::uint64_t later_shaded = 0, later_changed = 0;  // of pictures taken since the last frame
-  int output_width = 0, output_height = 0;
+  int output_width = 0, output_height = 0, beneath_width = 0, beneath_height = 0;
   gl::PassTimer timer;
   RenderStatistics& statistics;  // the renderer's
 
@@ -65,15 +68,19 @@ struct Compositor::State {
   }
 
   void use_scene(const RenderFrame& frame);
-  void upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
-                       const RenderSettings& settings);
-  void draw_layers(const PassInput& in, GLuint background_texture);
+  void upload_subjects(const RenderPlan& plan, const RenderSettings& settings);
+  void draw_layers(const PassInput& in);
   void draw_maps(const PassInput& in);
   bool draw_scene(const PassInput& in);
   void draw_shadows(const PassInput& in);
   void draw_front(const PassInput& in);
-  void draw_blend(const PassInput& in, GLuint background_texture, GLuint to);
-  void resize_output(int width, int height);
+  MirrorShadow* shadow_in(const SeenMirror& seen);
+  void draw_picture(const PassInput& in, GLuint background_texture, GLuint to,
+                    const Rectangle& copied, gl::PixelQuery* blended);
+  void draw_blend(const PassInput& in, GLuint below, const SeenMirror* seen, bool front, GLuint to,
+                  gl::PixelQuery* blended);
+  static void resize(gl::Texture& picture, int width, int height, int& known_width,
+                     int& known_height);
   void copy(GLuint from, GLuint to, const Rectangle& part);
   void finish(const RenderPlan& plan);
 };
@@ -82,19 +89,17 @@ void Compositor::State::use_scene(const RenderFrame& frame) {
   if (frame.scene == scene_held) return;
   scene_held = frame.scene;
   layers.forget();
-  mirrored_layers.forget();
+  mirror_shadows.clear();
   if (scene_held) scene.load(*scene_held);
 }
 
-void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
-                                        const RenderSettings& settings) {
+void Compositor::State::upload_subjects(const RenderPlan& plan, const RenderSettings& settings) {
   subjects.resize(plan.subjects.size());
   skin_keys.resize(plan.subjects.size());
   statistics.mesh_reused = !plan.subjects.empty();
   for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     const PlacedSubject& subject = plan.subjects[i];
-    SkinKey key{subject.content, eyes_on(subject, frame, plan), 0, !settings.skip,
-                settings.soft_edges};
+    SkinKey key{subject.content, eyes_on(subject, plan), 0, !settings.skip, settings.soft_edges};
     if (subject.mesh->texturing && subject.mesh->texturing->metric == TextureMetric::lumigraph)
       key.pixel_size = plan.pixel_size;
     for (std::size_t k = 0; k < subject.mesh->views.size(); ++k)
@@ -145,11 +150,12 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
 }
 
-void Compositor::State::resize_output(int width, int height) {
-  if (output_width == width && output_height == height) return;
-  output_width = width;
-  output_height = height;
-  gl::bind_texture(0, GL_TEXTURE_2D, output.get());
+void Compositor::State::resize(gl::Texture& picture, int width, int height, int& known_width,
+                               int& known_height) {
+  if (known_width == width && known_height == height) return;
+  known_width = width;
+  known_height = height;
+  gl::bind_texture(0, GL_TEXTURE_2D, picture.get());
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
   gl::texture_parameters(GL_TEXTURE_2D, GL_LINEAR);
 }
@@ -166,37 +172,83 @@ void Compositor::State::copy(GLuint from, GLuint to, const Rectangle& part) {
                     GL_NEAREST);
 }
 
-void Compositor::State::draw_blend(const PassInput& in, GLuint background_texture, GLuint to) {
+/// Puts what mirror \p seen shows (null: none), and with \p front what is seen directly, over \p below.
+void Compositor::State::draw_blend(const PassInput& in, GLuint below, const SeenMirror* seen,
+                                   bool is_front, GLuint to, gl::PixelQuery* blended) {
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, to, 0);
   gl::check_framebuffer("output texture");
-  blend.draw(in, {background_texture, layers, mirrored_layers, shadow, mirror_shadow, mirror,
-                  front.texture()});
+  if (blended) blended->begin();
+  blend.draw(in, {below, is_front, layers, shadow, front.texture(), seen, &mirror,
+                  seen ? shadow_in(*seen) : nullptr});
+  if (blended) blended->end();
 }
 
-/// Makes ready the scene as the viewport and the plan's mirror see it; returns whether all was kept.
+MirrorShadow* Compositor::State::shadow_in(const SeenMirror& seen) {
+  return &mirror_shadows.try_emplace(seen.way, shadow_programs).first->second;
+}
+
+/// Draws the layers and puts them together over \p background_texture in \p to, which becomes it first
+/// in \p copied. Mirrors come one by one, the last first: of two that belong to one pixel each takes
+/// the place of what is there.
+void Compositor::State::draw_picture(const PassInput& in, GLuint background_texture, GLuint to,
+                                     const Rectangle& copied, gl::PixelQuery* blended) {
+  draw_layers(in);
+  std::vector<const SeenMirror*> seen;
+  for (const SeenMirror& mirror : in.plan.mirrors)
+    if (!mirror.image.empty() || !mirror.shadow.empty()) seen.push_back(&mirror);
+  GLuint below = background_texture;
+  const auto draw_image = [&](const SeenMirror& of) {
+    if (!of.image.empty()) mirror.draw(in, of, background_texture, layers.depth());
+  };
+  if (!seen.empty()) timer.begin(Pass::mirror);
+  if (seen.size() > 1) {
+    resize(beneath, in.frame.width, in.frame.height, beneath_width, beneath_height);
+    below = beneath.get();
+    copy(background_texture, to, copied);
+    copy(background_texture, below, in.plan.changed());
+  }
+  for (; seen.size() > 1; seen.pop_back()) {
+    draw_image(*seen.back());
+    draw_blend(in, below, seen.back(), false, to, blended);
+    copy(to, below, bounding(seen.back()->image, seen.back()->shadow));
+  }
+  if (!seen.empty()) {
+    draw_image(*seen[0]);
+    timer.end();
+  }
+  timer.begin(Pass::blend);
+  if (below == background_texture) copy(background_texture, to, copied);
+  draw_blend(in, below, seen.empty() ? nullptr : seen[0], true, to, blended);
+  timer.end();
+}
+
+/// Makes ready the scene as the viewport sees it and as the plan's mirrors show it; returns whether all
+/// was kept.
 bool Compositor::State::draw_scene(const PassInput& in) {
   const RenderPlan& plan = in.plan;
-  const bool mirrored = !plan.mirror_shadow.empty();
-  // The mirror looks up points all over the picture.
-  const bool whole = !plan.mirror.empty() || !in.settings.skip;
-  const bool kept =
-      layers.draw(in.frame, in.settings.skip, direct_view(in.frame, plan),
-                  whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
-                  in.grid_step(), scene);
-  if (!mirrored) return kept;
-  return mirrored_layers.draw(in.frame, in.settings.skip,
-                              view_in_mirror(in.frame, plan, layers.albedo()), plan.mirror_shadow,
-                              in.grid_step(), scene) &&
-         kept;
+  // Mirrors look up points all over the picture.
+  const bool whole = !plan.mirror().empty() || !in.settings.skip;
+  bool kept = layers.draw(in.frame, in.settings.skip, direct_view(in.frame, plan),
+                          whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
+                          in.grid_step(), scene);
+  for (const SeenMirror& seen : plan.mirrors)
+    if (!seen.shadow.empty())
+      kept = shadow_in(seen)->layers.draw(in.frame, in.settings.skip, view_in_mirror(plan, seen),
+                                          seen.shadow, in.grid_step(), scene) &&
+             kept;
+  return kept;
 }
 
 void Compositor::State::draw_shadows(const PassInput& in) {
   const RenderPlan& plan = in.plan;
-  const Rectangle asked = bounding(plan.shadow, plan.mirror_shadow);
+  const Rectangle asked = bounding(plan.shadow, plan.mirror_shadow());
   if (!plan.shadow.empty()) shadow.draw(in, maps, layers, plan.shadow, asked);
-  if (!plan.mirror_shadow.empty())
-    mirror_shadow.draw(in, maps, mirrored_layers, plan.mirror_shadow, asked);
+  for (const SeenMirror& seen : plan.mirrors) {
+    if (seen.shadow.empty()) continue;
+    MirrorShadow& own = *shadow_in(seen);
+    own.shadow.draw(in, maps, own.layers, seen.shadow, asked);
+  }
 }
 
 /// Draws the depth maps of the lights that throw shadows.
@@ -214,18 +266,18 @@ void Compositor::State::draw_maps(const PassInput& in) {
   }
 }
 
-void Compositor::State::draw_layers(const PassInput& in, GLuint background_texture) {
+void Compositor::State::draw_layers(const PassInput& in) {
   const RenderFrame& frame = in.frame;
   const RenderPlan& plan = in.plan;
   glDisable(GL_BLEND);
   glDisable(GL_DITHER);
-  const bool shadows = !plan.shadow.empty() || !plan.mirror_shadow.empty();
+  const bool shadows = !plan.shadow.empty() || !plan.mirror_shadow().empty();
   if (shadows) {
     timer.begin(Pass::shadow_maps);
     draw_maps(in);
     timer.end();
   }
-  if (frame.scene && (shadows || !plan.mirror.empty())) {
+  if (frame.scene && (shadows || !plan.mirror().empty())) {
     timer.begin(Pass::scene_depth);
     statistics.scene_depth_reused = draw_scene(in);
     timer.end();
@@ -233,11 +285,6 @@ void Compositor::State::draw_layers(const PassInput& in, GLuint background_textu
   if (shadows) {
     timer.begin(Pass::shadow);
     draw_shadows(in);
-    timer.end();
-  }
-  if (!plan.mirror.empty()) {
-    timer.begin(Pass::mirror);
-    mirror.draw(in, background_texture, layers.depth());
     timer.end();
   }
   if (!plan.subject.empty()) {
@@ -268,7 +315,7 @@ void Compositor::State::finish(const RenderPlan& plan) {
   statistics.shadow_skipped = plan.shadow.empty();
   statistics.shadow_lights = plan.lights.size();
   statistics.lights_skipped = plan.lights_skipped;
-  statistics.mirror_skipped = plan.mirror.empty();
+  statistics.set_mirrors(plan);
   statistics.passes.clear();
   for (std::size_t i = 0; i < gl::pass_count; ++i) {
     const auto pass = static_cast<Pass>(i);
@@ -304,14 +351,10 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.timer.next_frame();
   s.timer.begin(Pass::upload);
   s.use_scene(frame);
-  s.upload_subjects(frame, plan, settings);
+  s.upload_subjects(plan, settings);
   s.timer.end();
   const PassInput in = s.input(frame, plan, settings, settings.alpha != AlphaCoding::ignored);
-  s.draw_layers(in, background);
-  s.timer.begin(Pass::blend);
-  s.copy(background, target, {0, 0, frame.width, frame.height});
-  s.draw_blend(in, background, target);
-  s.timer.end();
+  s.draw_picture(in, background, target, {0, 0, frame.width, frame.height}, nullptr);
   s.finish(plan);
   gl::check_errors();
 }
@@ -325,10 +368,11 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   gl::forget_errors();
   s.timer.begin(Pass::upload);
   s.use_scene(frame);
-  s.upload_subjects(frame, plan, settings);
-  s.resize_output(frame.width, frame.height);
-  // The mirror looks up points all over the picture; the other passes only what they change.
-  const Rectangle part = plan.mirror.empty() ? changed : Rectangle{0, 0, frame.width, frame.height};
+  s.upload_subjects(plan, settings);
+  s.resize(s.output, frame.width, frame.height, s.output_width, s.output_height);
+  // Mirrors look up points all over the picture; the other passes only what they change.
+  const Rectangle part =
+      plan.mirror().empty() ? changed : Rectangle{0, 0, frame.width, frame.height};
   const std::uint64_t bytes =
       s.background.update(frame, part, background, background_stride, settings.skip);
   s.statistics.background_bytes_uploaded = bytes;
@@ -337,13 +381,8 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   const PassInput in = s.input(frame, plan, settings,
                                settings.alpha != AlphaCoding::ignored &&
                                    any_translucent(background, background_stride, part));
-  s.draw_layers(in, s.background.get());
-  s.timer.begin(Pass::blend);
-  s.copy(s.background.get(), s.output.get(), changed);
-  blended.begin();
-  s.draw_blend(in, s.background.get(), s.output.get());
-  blended.end();
-  s.timer.end();
+  blended.forget();
+  s.draw_picture(in, s.background.get(), s.output.get(), changed, &blended);
   gl::check_errors();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, s.target.get());
   glPixelStorei(GL_PACK_ALIGNMENT, 4);

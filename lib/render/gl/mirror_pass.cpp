@@ -35,54 +35,48 @@ void set_lamps(gl::Program& program, const PassInput& in) {
   program.set("ambient", frame.ambient * frame.exposure);
 }
 
-void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth) {
-  const Mirror& mirror = *mirror_of(in.frame, in.plan);
+/// Draws the subjects where \p seen is; the bound framebuffer's depth hides them.
+void MirrorPass::draw_image(const PassInput& in, const SeenMirror& seen) {
+  if (seen.sight == 0) return;
+  const glm::vec4 plane(kept_side(mirror_of(*in.frame.scene, seen)));
+  glEnable(GL_CULL_FACE);
+  glCullFace(GL_BACK);
+  // Turned by the framebuffer's direction and by each mirror.
+  glFrontFace(seen.way.size() % 2 == 1 ? GL_CCW : GL_CW);
+  skin_.draw(in, seen.sight, glm::mat4(in.plan.clip_from_scene * seen.turned), &plane);
+  glDisable(GL_CULL_FACE);
+}
+
+void MirrorPass::draw(const PassInput& in, const SeenMirror& seen, GLuint background,
+                      GLuint scene_depth) {
   const glm::mat4 direct(in.plan.clip_from_scene);
-  const glm::mat4 mirrored(in.plan.clip_from_scene *
-                           reflection(Vec3(mirror.normal), mirror.offset));
-  const glm::vec4 plane(kept_side(mirror));
-  if (!depth_.made()) {
-    depth_ = gl::Program("scene.vert", "depth.frag");
+  const glm::mat4 mirrored(in.plan.clip_from_scene * seen.turned);
+  const glm::vec4 plane(kept_side(mirror_of(*in.frame.scene, seen)));
+  if (!clipped_depth_.made()) {
     clipped_depth_ = gl::Program("scene.vert", "depth.frag", {"CLIPPED"});
     scene_ = gl::Program("scene.vert", "mirrored_scene.frag", {lamps_define()},
                          {"material.glsl", "light.glsl", "lamps.glsl"});
   }
-  const Rectangle part = whole_tiles(in.plan.mirror, in.frame.width, in.frame.height);
+  std::vector<const SeenMirror*> outer;  // those that show it, the innermost first
+  for (int i = seen.within; i >= 0; i = outer.back()->within)
+    outer.push_back(&in.plan.mirrors[static_cast<std::size_t>(i)]);
+  const Rectangle part = whole_tiles(seen.image, in.frame.width, in.frame.height);
   image_.resize(in.frame.width, in.frame.height, in.settings.edge_samples);
 
-  // The visible part of the mirror: where its surface is the scene's nearest.
   image_.begin(part);
-  glDisable(GL_CULL_FACE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LESS);
-  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  depth_.use();
-  depth_.set("clip_from_scene", direct);
-  in.scene.draw();
-  glEnable(GL_STENCIL_TEST);
-  glStencilFunc(GL_ALWAYS, 1, 0xff);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-  glDepthFunc(GL_EQUAL);
-  in.scene.draw_mesh(mirror.mesh);
-
+  stencil_.narrow(*in.frame.scene, in.scene, in.plan.clip_from_scene, seen.way,
+                  [&](std::size_t i) { draw_image(in, *outer[outer.size() - 1 - i]); });
   // The mirrored scene hides the mirrored subject.
-  glStencilFunc(GL_EQUAL, 1, 0xff);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-  glDepthFunc(GL_LESS);
-  glClear(GL_DEPTH_BUFFER_BIT);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   clipped_depth_.use();
   clipped_depth_.set("clip_from_scene", mirrored);
   clipped_depth_.set("plane", plane);
   in.scene.draw();
 
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glEnable(GL_CULL_FACE);
-  glCullFace(GL_BACK);
-  glFrontFace(GL_CCW);  // turned once by the framebuffer's direction and once by the mirror
   if (!gl::is_embedded()) glEnable(GL_FRAMEBUFFER_SRGB);
-  skin_.draw(in, 1, mirrored, &plane);
+  draw_image(in, seen);
   glDisable(GL_STENCIL_TEST);
-  glDisable(GL_CULL_FACE);
   image_.resolve(part);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
 
@@ -97,7 +91,7 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
   scene_.set("clip_from_scene", mirrored);
   scene_.set("clip_from_scene_direct", direct);
   scene_.set("plane", plane);
-  scene_.set("eye", glm::vec3(in.plan.eye));
+  scene_.set("eye", glm::vec3(outer.empty() ? in.plan.eye : outer.front()->eye));
   scene_.set("exposure", in.frame.exposure);
   scene_.set("translucent", in.translucent);
   set_lamps(scene_, in);

@@ -75,7 +75,7 @@ void set_lamps(gl::Program& program, const PassInput& in);
 /// The programs of shaders/hull.vert and hull.frag: subjects in the views' colours.
 class SkinPrograms {
  public:
-  /// Draws all subjects for eye \p eye (0: the viewport's, 1: the mirrored one); with \p plane what
+  /// Draws all subjects for eye \p eye (0: the viewport's, else SeenMirror::sight); with \p plane what
   /// lies on its positive side.
   void draw(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
             const glm::vec4* plane = nullptr);
@@ -205,28 +205,41 @@ class DepthPicturePass {
   std::shared_ptr<const DepthPicture> shown_;
 };
 
-/// The subjects' image in the plan's mirror, and what the mirror showed there.
+/// The subjects' image in one of the plan's mirrors, and what the mirror showed there.
 class MirrorPass {
  public:
   /// \p scene_depth is the viewport's, over the whole picture; \p background its picture.
-  void draw(const PassInput& in, GLuint background, GLuint scene_depth);
+  void draw(const PassInput& in, const SeenMirror& seen, GLuint background, GLuint scene_depth);
   GLuint image() { return image_.texture(); }
   GLuint shown() { return shown_.colour(); }
 
  private:
-  gl::Program depth_, clipped_depth_, scene_;
+  void draw_image(const PassInput& in, const SeenMirror& seen);
+
+  gl::Program clipped_depth_, scene_;
+  MirrorStencil stencil_;
   SkinPrograms skin_;
   gl::EdgeLayer image_;
   gl::LightLayer shown_;
 };
 
+/// A mirror's layers, which are kept.
+struct MirrorShadow {
+  SceneLayers layers;  ///< the scene as it shows it
+  ShadowPass shadow;   ///< on that
+  explicit MirrorShadow(ShadowPrograms& programs) : shadow(programs) {}
+};
+
 /// What the blend puts together; layers of what the plan leaves out are not looked at.
 struct BlendLayers {
   GLuint background;
-  SceneLayers &direct, &mirrored;
-  ShadowPass &shadow, &mirror_shadow;
-  MirrorPass& mirror;
+  bool front;  ///< what is seen directly: subjects and their shadow; else only what a mirror shows
+  SceneLayers& direct;
+  ShadowPass& shadow;
   GLuint subject;
+  const SeenMirror* seen;  ///< null: no mirror
+  MirrorPass* mirror;      ///< its image
+  MirrorShadow* in_mirror;
 };
 
 /// Puts the layers together (shaders/composite.frag).

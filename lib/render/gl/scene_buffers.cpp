@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <set>
 
 #include "render/projection.h"
+#include "scene/mirror_triangles.h"
 
 namespace polyhull {
 namespace {
@@ -35,7 +37,8 @@ void SceneBuffers::load(const Scene& scene) {
   std::vector<std::uint32_t> indices;
   std::vector<Vec3f> points;
   parts_.clear();
-  for (const SceneMesh& mesh : scene.meshes) {
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const SceneMesh& mesh = scene.meshes[m];
     const auto base = static_cast<std::uint32_t>(vertices.size());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
       vertices.push_back(
@@ -43,13 +46,16 @@ void SceneBuffers::load(const Scene& scene) {
            i < mesh.texture_coordinates.size() ? mesh.texture_coordinates[i] : Vec2f(0.0f)});
       points.push_back(mesh.positions[i]);
     }
-    parts_.push_back({static_cast<GLsizei>(mesh.triangles.size()),
-                      indices.size() * sizeof(std::uint32_t), mesh.material});
-    for (const std::uint32_t index : mesh.triangles) {
-      indices.push_back(
-          base +
-          std::min<std::uint32_t>(index, static_cast<std::uint32_t>(
-                                             std::max<std::size_t>(mesh.positions.size(), 1) - 1)));
+    const auto last =
+        static_cast<std::uint32_t>(std::max<std::size_t>(mesh.positions.size(), 1) - 1);
+    const std::vector<int> mirrors = mirrors_of_triangles(scene, m);
+    for (const int mirror : std::set<int>(mirrors.begin(), mirrors.end())) {
+      const std::size_t first = indices.size();
+      for (std::size_t i = 0; i < mirrors.size(); ++i)
+        for (std::size_t k = 3 * i; mirrors[i] == mirror && k < 3 * i + 3; ++k)
+          indices.push_back(base + std::min(mesh.triangles[k], last));
+      parts_.push_back({static_cast<GLsizei>(indices.size() - first), first * sizeof(std::uint32_t),
+                        mesh.material, mirror});
     }
   }
   total_ = static_cast<GLsizei>(indices.size());
@@ -85,12 +91,10 @@ void SceneBuffers::draw() const {
   glDrawElements(GL_TRIANGLES, total_, GL_UNSIGNED_INT, nullptr);
 }
 
-void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program, int unit,
-                                       int marked) const {
+void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program, int unit) const {
   glBindVertexArray(array_.get());
   static const Material plain;
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const Part& part = parts_[i];
+  for (const Part& part : parts_) {
     const bool known =
         part.material >= 0 && part.material < static_cast<int>(scene.materials.size());
     const Material& material =
@@ -105,20 +109,20 @@ void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program,
     program.set("look_up", !material.is_mirror());
     program.set("has_texture", has_texture);
     program.set("f0", material.f0());
-    program.set("marked", static_cast<int>(i) == marked);
     if (has_texture)
       gl::bind_texture(unit, GL_TEXTURE_2D, textures_[static_cast<std::size_t>(texture)].get());
-    glDrawElements(GL_TRIANGLES, part.count, GL_UNSIGNED_INT,
-                   reinterpret_cast<const void*>(part.first));
+    part.draw();
   }
 }
 
-void SceneBuffers::draw_mesh(int mesh) const {
-  if (mesh < 0 || mesh >= static_cast<int>(parts_.size())) return;
-  const Part& part = parts_[static_cast<std::size_t>(mesh)];
+void SceneBuffers::Part::draw() const {
+  glDrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, reinterpret_cast<const void*>(first));
+}
+
+void SceneBuffers::draw_mirror(std::size_t mirror) const {
   glBindVertexArray(array_.get());
-  glDrawElements(GL_TRIANGLES, part.count, GL_UNSIGNED_INT,
-                 reinterpret_cast<const void*>(part.first));
+  for (const Part& part : parts_)
+    if (part.mirror == static_cast<int>(mirror)) part.draw();
 }
 
 }  // namespace polyhull

@@ -22,18 +22,20 @@ class SceneBuffers {
   void draw() const;
 
   /// Mesh by mesh with its material's uniforms (shaders/material.glsl), the texture on unit
-  /// \p unit; the uniform `marked` is set for mesh \p marked alone.
-  void draw_with_materials(const Scene& scene, gl::Program& program, int unit,
-                           int marked = -1) const;
+  /// \p unit.
+  void draw_with_materials(const Scene& scene, gl::Program& program, int unit) const;
 
-  /// One mesh alone.
-  void draw_mesh(int mesh) const;
+  /// One of Scene::mirrors alone.
+  void draw_mirror(std::size_t mirror) const;
 
  private:
+  /// What of a mesh lies in one mirror, or in none.
   struct Part {
     GLsizei count = 0;
     std::size_t first = 0;  // byte offset of its indices
     int material = 0;
+    int mirror = -1;
+    void draw() const;
   };
   mutable gl::VertexArray array_;
   gl::Buffer vertices_;

@@ -25,20 +25,54 @@ Rectangle ShadowGrid::under(const Rectangle& part, int border) const {
 
 LayerView direct_view(const RenderFrame& frame, const RenderPlan& plan) {
   const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
-  const int marked = plan.mirror_shadow.empty() ? -1 : mirror_of(frame, plan)->mesh;
-  return {plan.clip_from_scene, plan.eye, rays, std::nullopt, 0, marked};
+  return {plan.clip_from_scene, plan.eye, rays};
 }
 
-LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuint seen) {
-  const Mirror& mirror = *mirror_of(frame, plan);
-  const Mat4 turned = reflection(Vec3(mirror.normal), mirror.offset);
-  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
-  return {plan.clip_from_scene * turned,
-          Vec3(turned * Vec4(plan.eye, 1.0)),
-          reflected(rays, mirror.normal),
-          glm::vec4(kept_side(mirror)),
-          seen,
-          -1};
+LayerView view_in_mirror(const RenderPlan& plan, const SeenMirror& seen) {
+  return {plan.clip_from_scene * seen.turned, seen.eye, seen.rays, seen.way, plan.clip_from_scene};
+}
+
+void MirrorStencil::narrow(const Scene& scene, const SceneBuffers& buffers,
+                           const Mat4& clip_from_scene, const std::vector<std::size_t>& way,
+                           const std::function<void(std::size_t)>& hide) {
+  if (!depth_.made()) {
+    depth_ = gl::Program("scene.vert", "depth.frag");
+    clipped_depth_ = gl::Program("scene.vert", "depth.frag", {"CLIPPED"});
+  }
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glEnable(GL_STENCIL_TEST);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  Mat4 clip = clip_from_scene;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    // A mirror is seen where it is the nearest of what the one before shows.
+    const auto before = static_cast<GLint>(i);
+    const auto use = [&] {
+      gl::Program& program = i == 0 ? depth_ : clipped_depth_;
+      program.use();
+      program.set("clip_from_scene", glm::mat4(clip));
+      if (i > 0) program.set("plane", glm::vec4(kept_side(scene.mirrors[way[i - 1]])));
+    };
+    use();
+    glStencilFunc(GL_EQUAL, before, 0xff);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    glDepthFunc(GL_LESS);
+    buffers.draw();
+    if (hide && i > 0) {
+      hide(i - 1);
+      use();
+    }
+    glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
+    glDepthFunc(GL_EQUAL);
+    buffers.draw_mirror(way[i]);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    const Mirror& mirror = scene.mirrors[way[i]];
+    clip = clip * reflection(Vec3(mirror.normal), mirror.offset);
+  }
+  glStencilFunc(GL_EQUAL, static_cast<GLint>(way.size()), 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glDepthFunc(GL_LESS);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
 bool SceneLayers::draw(const RenderFrame& frame, bool skip, const LayerView& view,
@@ -49,9 +83,8 @@ bool SceneLayers::draw(const RenderFrame& frame, bool skip, const LayerView& vie
   const Rectangle part = intersection(
       {tiles.x - around, tiles.y - around, tiles.width + 2 * around, tiles.height + 2 * around},
       {0, 0, frame.width, frame.height});
-  const Key key{frame.scene,      view.clip_from_scene,
-                view.mirror_mesh, frame.width,
-                frame.height,     step > 0 ? ShadowGrid(frame, step) : ShadowGrid()};
+  const Key key{frame.scene, view.clip_from_scene, frame.width, frame.height,
+                step > 0 ? ShadowGrid(frame, step) : ShadowGrid()};
   view_ = view;
   if (skip && key_ == key && intersection(part, part_) == part) return true;
   // Of the same view, what was asked for before is asked for again as subjects move to and fro.
@@ -65,12 +98,14 @@ bool SceneLayers::draw(const RenderFrame& frame, bool skip, const LayerView& vie
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
   ++generation_;
-  layer_.resize(frame.width, frame.height, 2);
+  layer_.resize(frame.width, frame.height, 2, !view.way.empty());
   layer_.bind();
   gl::scissor(part_);
   if (step > 0) {
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+    if (!view.way.empty()) stencil_.narrow(*frame.scene, scene, view.viewport_from_scene, view.way);
     draw_surfaces(frame, scene);
+    glDisable(GL_STENCIL_TEST);
     return false;
   }
   if (!depth_.made()) depth_ = gl::Program("scene.vert", "depth.frag");
@@ -84,22 +119,19 @@ bool SceneLayers::draw(const RenderFrame& frame, bool skip, const LayerView& vie
 }
 
 void SceneLayers::draw_surfaces(const RenderFrame& frame, const SceneBuffers& scene) {
-  gl::Program& program = view_.kept ? clipped_surface_ : surface_;
+  const bool clipped = !view_.way.empty();
+  gl::Program& program = clipped ? clipped_surface_ : surface_;
   if (!program.made()) {
-    const std::vector<std::string> defines(view_.kept ? 1 : 0, "CLIPPED");
+    const std::vector<std::string> defines(clipped ? 1 : 0, "CLIPPED");
     program = gl::Program("scene.vert", "scene_layer.frag", defines, {"material.glsl"});
   }
   program.use();
   program.set("clip_from_scene", glm::mat4(view_.clip_from_scene));
   program.set("eye", glm::vec3(view_.eye));
-  if (view_.kept) {
-    program.set("plane", *view_.kept);
-    program.set("mirror_seen", 1);
-    gl::bind_texture(1, GL_TEXTURE_2D, view_.mirror);
-  }
+  if (clipped) program.set("plane", glm::vec4(kept_side(frame.scene->mirrors[view_.way.back()])));
   program.set("base_texture", 0);
   glBindSampler(0, 0);
-  scene.draw_with_materials(*frame.scene, program, 0, view_.mirror_mesh);
+  scene.draw_with_materials(*frame.scene, program, 0);
 }
 
 void SceneLayers::set_places(gl::Program& program, int unit) {

@@ -4,8 +4,11 @@
 /// its normals, and what it scatters.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "render/frame.h"
 #include "render/gl/objects/program.h"
@@ -28,18 +31,31 @@ struct ShadowGrid {
 struct LayerView {
   Mat4 clip_from_scene{1.0};
   Vec3 eye{0.0};
-  PixelRays rays;                 ///< from the eye through the picture's pixels
-  std::optional<glm::vec4> kept;  ///< in a mirror: its kept_side()
-  GLuint mirror = 0;     ///< in a mirror: SceneLayers::albedo() that marks where it is seen
-  int mirror_mesh = -1;  ///< the mirror that SceneLayers::albedo() marks; -1: none
+  PixelRays rays;                  ///< from the eye through the picture's pixels
+  std::vector<std::size_t> way{};  ///< in a mirror: SeenMirror::way
+  Mat4 viewport_from_scene{1.0};   ///< in a mirror: clip_from_scene of the viewport itself
 };
 
-/// The viewport of \p plan; where its mirror shows the shadow, with that mirror marked.
+/// The viewport of \p plan.
 LayerView direct_view(const RenderFrame& frame, const RenderPlan& plan);
 
-/// The viewport's image in the plan's mirror, where \p seen, the viewport's SceneLayers::albedo(),
-/// marks that.
-LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuint seen);
+/// The viewport's image in \p seen, a mirror of \p plan.
+LayerView view_in_mirror(const RenderPlan& plan, const SeenMirror& seen);
+
+/// Finds where mirrors are seen.
+class MirrorStencil {
+ public:
+  /// Leaves the bound framebuffer's stencil test such that only those of its samples are drawn that
+  /// show what the last mirror of \p way does, and its depth cleared; stencil and depth are to be
+  /// cleared before. \p hide is called for each mirror on the way to the last, by its number there, to
+  /// draw what else hides what it shows.
+  void narrow(const Scene& scene, const SceneBuffers& buffers, const Mat4& clip_from_scene,
+              const std::vector<std::size_t>& way,
+              const std::function<void(std::size_t)>& hide = nullptr);
+
+ private:
+  gl::Program depth_, clipped_depth_;
+};
 
 /// 1/z = x * depth + y, of the depths that \p clip makes; its w is z.
 Vec2 inverse_from_depth(const Mat4& clip);
@@ -56,7 +72,7 @@ class SceneLayers {
   void forget() { key_.reset(); }
 
   GLuint depth() { return layer_.depth(); }
-  /// Albedo / pi, 1/z; on LayerView::mirror_mesh -1/z. Only with a grid.
+  /// Albedo / pi, 1/z; in a mirror 0 where it is not seen. Only with a grid.
   GLuint albedo() { return layer_.colour(0); }
   /// Normals, 1/z. Only with a grid.
   GLuint normals() { return layer_.colour(1); }
@@ -74,7 +90,6 @@ class SceneLayers {
   struct Key {
     std::shared_ptr<const Scene> scene;  // held, so that no other scene takes its address
     Mat4 clip_from_scene{0.0};
-    int mirror_mesh = -1;
     int width = 0, height = 0;
     ShadowGrid grid;
     bool operator==(const Key&) const = default;
@@ -84,6 +99,7 @@ class SceneLayers {
   Rectangle part_;  // of the picture that is drawn
   gl::LightLayer layer_;
   gl::Program depth_, surface_, clipped_surface_;
+  MirrorStencil stencil_;
   int generation_ = 0;
 };
 

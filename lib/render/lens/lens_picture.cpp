@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "render/lens/lens_picture.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -26,13 +27,12 @@ void check(const ViewportLens& lens) {
               lens.aperture, lens.focus_distance, lens.shutter, lens.grain);
 }
 
-/// Whether the plan's mirror shows what may lie anywhere in the picture: metal gives all light, so that
+/// Whether any of the plan's mirrors shows what may lie anywhere in the picture: metal gives all light, so that
 /// nobody asks what it showed.
 bool looks_elsewhere(const RenderFrame& frame, const RenderPlan& plan) {
-  if (plan.mirror.empty()) return false;
-  const SceneMesh& mesh =
-      frame.scene->meshes[static_cast<std::size_t>(mirror_of(frame, plan)->mesh)];
-  return !frame.scene->materials[static_cast<std::size_t>(mesh.material)].only_mirrors();
+  return std::any_of(plan.mirrors.begin(), plan.mirrors.end(), [&](const SeenMirror& seen) {
+    return !seen.image.empty() && !only_mirrors(*frame.scene, seen);
+  });
 }
 
 }  // namespace
@@ -76,8 +76,10 @@ void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
   };
   RenderPlan around = plan, subject = plan;
   around.subject = {};
-  subject.shadow = subject.mirror = subject.mirror_shadow = {};
-  subject.lights.clear();  // the mirror's eye stays: what is made ready for it serves both
+  subject.shadow = {};
+  subject.lights.clear();
+  // The mirrors' eyes stay: what is made ready for them serves both.
+  for (SeenMirror& seen : subject.mirrors) seen.image = seen.shadow = {};
   copy(background, background_stride, scene_);
   if (!around.untouched()) compose(around, background, background_stride, scene_.data(), stride);
   const std::uint8_t* full = scene_.data();

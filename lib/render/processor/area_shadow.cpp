@@ -154,7 +154,8 @@ bool AreaShadow::lay_out(const ShadowView& view, bool other_map, bool same_place
   const int step = recipe_.ray_step;
   const int columns = (size.width + step - 1) / step, lines = (size.height + step - 1) / step;
   const auto count = static_cast<std::size_t>(columns) * lines;
-  const std::pair layers{view.layer.generation(), view.mirror ? view.mirror->generation() : 0};
+  const std::pair layers{view.layer.generation(),
+                         view.mirror ? view.mirror->layer.generation() : 0};
   bool fresh = std::exchange(layers_, layers) != layers || step != step_;
   if (fresh || columns != columns_ || lines != rows_) {
     fresh = true;

@@ -30,8 +30,8 @@ struct ShadowView {
   const SceneLayer& layer;
   Vec3f eye{0.0f};  ///< scene coordinates
   PixelRays rays;   ///< from there, through pixels' middles; of length 1 along the view's axis
-  /// Where given, only what is seen beside a pixel that this layer marks as the mirror's.
-  const SceneLayer* mirror = nullptr;
+  /// Where given, only what is seen beside a pixel that shows this mirror.
+  const Aperture* mirror = nullptr;
 };
 
 /// E over the picture; kept from frame to frame.

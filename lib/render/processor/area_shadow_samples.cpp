@@ -77,7 +77,7 @@ bool AreaShadow::is_seen(const ShadowView& view, std::size_t number) const {
   if (!view.mirror) return true;
   const Rectangle part = pixels_of(number);
   const Rectangle pixels{step_ * part.x, step_ * part.y, step_ * part.width, step_ * part.height};
-  return view.mirror->shows_mirror(surroundings(pixels, view.layer.view()));
+  return view.mirror->seen_in(surroundings(pixels, view.layer.view()));
 }
 
 /// Around the block's places in the light's map. What lies between the rays of four corners and

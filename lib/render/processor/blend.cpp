@@ -17,6 +17,15 @@
 namespace polyhull::processor {
 namespace {
 
+/// As if no mirror had any part in the pixels.
+void clear_mirrors(BlendPixels& pixels) {
+  std::fill_n(pixels.keep, BlendPixels::count, 1.0f);
+  std::fill_n(pixels.covered, BlendPixels::count, 0.0f);
+  for (int c = 0; c < 3; ++c)
+    for (auto* values : {pixels.dimmed[c], pixels.gone[c], pixels.more[c]})
+      std::fill_n(values, BlendPixels::count, 0.0f);
+}
+
 /// The background of \p part of a picture of \p width x \p height and of the pixels that share its
 /// chroma. The calling thread's own, until the next call.
 PixelRows background_rows(const std::uint8_t* background, std::ptrdiff_t stride,
@@ -49,13 +58,12 @@ void write_rows(const PixelRows& rows, int y, const Touched& touched, const YuvP
 }
 
 Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
-             const RenderSettings& settings, const MirrorView* mirror,
-             const std::uint8_t* background, int background_stride, const PictureTarget& target)
+             const RenderSettings& settings, const std::uint8_t* background, int background_stride,
+             const PictureTarget& target)
     : layers_(layers),
       frame_(frame),
       plan_(plan),
       settings_(settings),
-      mirror_(mirror),
       changed_(plan.changed()),
       background_(background),
       background_stride_(background_stride),
@@ -73,7 +81,7 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
 }
 
 void Blend::draw(int band) {
-  auto& [scratch, front, image] = workspace();
+  auto& [scratch, front, images] = workspace();
   const int top = std::max(changed_.y, band * band_rows);
   const int bottom = std::min(changed_.y + changed_.height, (band + 1) * band_rows);
   const bool scene = layers_.scene != nullptr;
@@ -81,8 +89,12 @@ void Blend::draw(int band) {
   front.part = layers_.front.paint(layers_.subjects, band, plan_.subject, layers_.direct, nullptr,
                                    scene, frame_.depth.get(), scratch, front.colours);
   seconds_subject += watch.lap();
-  image.part = layers_.image.paint(layers_.subjects, band, plan_.mirror, layers_.mirrored,
-                                   &layers_.direct, scene, nullptr, scratch, image.colours);
+  for (std::size_t i = 0; i < plan_.mirrors.size(); ++i) {
+    const MirrorLayers& mirror = *layers_.mirrors[i];
+    images[i].part =
+        mirror.image.paint(layers_.subjects, band, plan_.mirrors[i].image, mirror.scene,
+                           &*mirror.aperture, scene, nullptr, scratch, images[i].colours);
+  }
   seconds_mirror += watch.lap();
   const Rectangle rows{changed_.x, top, changed_.width, bottom - top};
   const PixelRows out = target_.video ? background_rows(background_, background_stride_, rows,
@@ -91,7 +103,9 @@ void Blend::draw(int band) {
   Piece piece;
   Progress progress;
   for (int y = top; y < bottom; ++y) {
-    blend_row(y, row_of(front, y), row_of(image, y), out, piece, progress);
+    Spans layers{row_of(front, y), {}};
+    for (std::size_t i = 0; i < plan_.mirrors.size(); ++i) layers.images[i] = row_of(images[i], y);
+    blend_row(y, layers, out, piece, progress);
     if (!target_.video || (y % 2 == 0 && y + 1 < bottom)) continue;
     write_rows(out, y & ~1, std::exchange(progress.touched, {}), *target_.video);
   }
@@ -107,84 +121,98 @@ Blend::Span Blend::row_of(const Painted& painted, int y) {
           &painted.colours[static_cast<std::size_t>(y - part.y) * part.width]};
 }
 
-/// Whether any of columns \p begin to \p end - 1 shows the subject.
 bool Blend::Span::any(int begin, int end) const {
   for (int x = std::max(begin, left); x < std::min(end, right); ++x)
     if (colours[x - left].a > 0.0f) return true;
   return false;
 }
 
-/// Adds what the sixteen pixels from column \p x on lose of a light of \p power; \p first: nothing is
-/// there. Returns whether it is any.
-bool Blend::add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
-                        const Vec3f& power, bool first, float (&missing)[3][16]) {
+bool Blend::Spans::reach(int begin, int end) const {
+  return front.reaches(begin, end) ||
+         std::any_of(std::begin(images), std::end(images),
+                     [&](const Span& image) { return image.reaches(begin, end); });
+}
+
+/// Whether any of columns \p x to \p end - 1 misses more than \p least.
+bool Blend::Missing::any_of(int x, int end, float least) const {
+  return any && std::any_of(std::begin(taken), std::end(taken), [&](const float(&channel)[16]) {
+           return std::any_of(channel + (x & 15), channel + (x & 15) + (end - x),
+                              [least](float value) { return value > least; });
+         });
+}
+
+/// Adds what the sixteen pixels from column \p x on lose of a light of \p power.
+void Blend::add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
+                        const Vec3f& power, Missing& missing) {
   float taken[16];
-  if (!shadow.reaches(x, y) || !shadow.taken(layer, x, y, taken)) return false;
+  if (!shadow.reaches(x, y) || !shadow.taken(layer, x, y, taken)) return;
+  const bool first = !std::exchange(missing.any, true);
   for (int c = 0; c < 3; ++c)
     for (int i = 0; i < 16; ++i)
-      missing[c][i] = first ? power[c] * taken[i] : missing[c][i] + power[c] * taken[i];
-  return true;
+      missing.taken[c][i] = first ? power[c] * taken[i] : missing.taken[c][i] + power[c] * taken[i];
 }
 
 /// What of the sixteen pixels from column \p x on, a multiple of 16, loses light.
-void Blend::find_missing(int x, int y, Missing& missing) const {
+void Blend::find_missing(int x, int y, AllMissing& missing) const {
   const auto within = [y](const Rectangle& part) {
     return !part.empty() && y >= part.y && y < part.y + part.height;
   };
-  missing.seen = missing.shown = false;
+  missing.seen.any = false;
+  for (Missing& in_mirror : missing.in_mirrors) in_mirror.any = false;
   for (std::size_t i = 0; i < plan_.lights.size(); ++i) {
     const LightShadow& shadow = *layers_.shadows[i];
-    if (within(plan_.lights[i].seen) &&
-        add_missing(shadow.seen, layers_.direct, x, y, powers_[i], !missing.seen, missing.taken))
-      missing.seen = true;
-    if (within(plan_.lights[i].in_mirror) &&
-        add_missing(shadow.in_mirror, layers_.mirrored, x, y, powers_[i], !missing.shown,
-                    missing.in_mirror))
-      missing.shown = true;
+    const ShadowLight& light = plan_.lights[i];
+    if (within(light.seen))
+      add_missing(shadow.seen, layers_.direct, x, y, powers_[i], missing.seen);
+    for (std::size_t m = 0; m < light.in_mirrors.size(); ++m)
+      if (within(light.in_mirrors[m]))
+        add_missing(*shadow.in_mirrors[m], layers_.mirrors[m]->scene, x, y, powers_[i],
+                    missing.in_mirrors[m]);
   }
+  missing.any =
+      missing.seen.any || std::any_of(std::begin(missing.in_mirrors), std::end(missing.in_mirrors),
+                                      [](const Missing& in_mirror) { return in_mirror.any; });
 }
 
 /// Blends the changed part of row \p y into \p out, and counts.
-void Blend::blend_row(int y, const Span& over, const Span& mirrored, const PixelRows& out,
-                      Piece& piece, Progress& progress) {
-  Missing missing;
+void Blend::blend_row(int y, const Spans& layers, const PixelRows& out, Piece& piece,
+                      Progress& progress) {
+  AllMissing missing;
   const int right = changed_.x + changed_.width;
   for (int group = changed_.x & ~15; group < right; group += 16) {
     find_missing(group, y, missing);
-    if (!missing.seen && !missing.shown && !over.reaches(group, group + 16) &&
-        !mirrored.reaches(group, group + 16))
-      continue;
+    if (!missing.any && !layers.reach(group, group + 16)) continue;
     for (int first = group; first < group + 16; first += BlendPixels::count) {
       const int x = std::max(first, changed_.x), end = std::min(first + BlendPixels::count, right);
-      if (x < end) blend_piece(x, end, y, over, mirrored, missing, out, piece, progress);
+      if (x < end) blend_piece(x, end, y, layers, missing, out, piece, progress);
     }
   }
 }
 
 /// Blends pixels \p x to \p end - 1, unless nothing reaches them.
-void Blend::blend_piece(int x, int end, int y, const Span& over, const Span& mirrored,
-                        const Missing& missing, const PixelRows& out, Piece& piece,
-                        Progress& progress) {
+void Blend::blend_piece(int x, int end, int y, const Spans& layers, const AllMissing& missing,
+                        const PixelRows& out, Piece& piece, Progress& progress) {
   const int first = x & ~(BlendPixels::count - 1);
-  const auto any = [&](const float(&values)[3][16], float least) {
-    return std::any_of(std::begin(values), std::end(values), [&](const float(&channel)[16]) {
-      return std::any_of(channel + (x & 15), channel + (x & 15) + (end - x),
-                         [least](float value) { return value > least; });
-    });
-  };
-  const bool shown = missing.shown && any(missing.in_mirror, 0.0f) &&
-                     layers_.direct.shows_mirror({x, y, end - x, 1});
-  const bool covered = over.any(x, end), reflected = mirrored.any(x, end);
-  const bool others = shown || covered || reflected;
-  const bool seen = missing.seen && any(missing.taken, others ? 0.0f : least_taken_);
+  const std::size_t mirrors = plan_.mirrors.size();
+  bool shown[most_mirrors], reflected[most_mirrors], mirrored = false;
+  for (std::size_t m = 0; m < mirrors; ++m) {
+    shown[m] = missing.in_mirrors[m].any_of(x, end, 0.0f) &&
+               layers_.mirrors[m]->aperture->seen_in({x, y, end - x, 1});
+    reflected[m] = layers.images[m].any(x, end);
+    mirrored = mirrored || shown[m] || reflected[m];
+  }
+  const bool covered = layers.front.any(x, end), others = covered || mirrored;
+  const bool seen = missing.seen.any_of(x, end, others ? 0.0f : least_taken_);
   if (!seen && !others) return;
   BlendPixels& pixels = piece.pixels;
-  fill_ground(x, end, y, seen ? missing.taken : nullptr, pixels);
-  if (covered || piece.has_subject) fill_subject(x, end, over, pixels);
+  fill_ground(x, end, y, seen ? missing.seen.taken : nullptr, pixels);
+  if (covered || piece.has_subject) fill_subject(x, end, layers.front, pixels);
   piece.has_subject = covered;
-  if (shown || reflected || piece.has_mirror)
-    fill_mirror(x, end, y, mirrored, shown ? missing.in_mirror : nullptr, pixels);
-  piece.has_mirror = shown || reflected;
+  if (mirrored || piece.has_mirror) clear_mirrors(pixels);
+  piece.has_mirror = mirrored;
+  for (std::size_t m = 0; m < mirrors; ++m)
+    if (shown[m] || reflected[m])
+      add_mirror(m, x, end, y, layers, shown[m] ? missing.in_mirrors[m].taken : nullptr, pixels);
   pixels.layered = others;
   progress.touched.left = std::min(progress.touched.left, x);
   progress.touched.right = std::max(progress.touched.right, end);
@@ -308,57 +336,59 @@ void Blend::fill_subject(int x, int end, const Span& over, BlendPixels& pixels) 
   }
 }
 
-/// What the mirror changes where the subject does not cover it. \p taken: of what it shows (Missing);
-/// null: nothing.
-void Blend::fill_mirror(int x, int end, int y, const Span& mirrored, const float (*taken)[16],
-                        BlendPixels& pixels) {
-  for (int i = 0; i < BlendPixels::count; ++i) {
-    const int column = (x & ~(BlendPixels::count - 1)) + i;
-    const bool open = column >= x && column < end && pixels.alpha[i] < 1.0f;
-    const glm::vec4 image = open ? mirrored.at(column) : glm::vec4(0.0f);
-    pixels.keep[i] = 1.0f;
-    pixels.covered[i] = image.a;
+/// Adds what mirror \p number changes where no subject covers it, be it before the viewport or in a
+/// mirror that shows this one. \p taken: of what it shows (Missing); null: nothing.
+void Blend::add_mirror(std::size_t number, int x, int end, int y, const Spans& layers,
+                       const float (*taken)[16], BlendPixels& pixels) {
+  MirrorLayers& mirror = *layers_.mirrors[number];
+  const bool plain = settings_.mirror == MirrorMode::plain;
+  for (int column = x; column < end; ++column) {
+    const int i = column & (BlendPixels::count - 1);
+    if (pixels.alpha[i] >= 1.0f) continue;
+    glm::vec4 image = layers.images[number].at(column);
+    for (int m = plan_.mirrors[number].within; m >= 0; m = plan_.mirrors[m].within)
+      image *= 1.0f - layers.images[m].at(column).a;
     Vec3f gone(0.0f), more(0.0f), dimmed(0.0f);
-    if (open && taken != nullptr) {
+    if (taken != nullptr) {
       const int at = column & 15;
       const Vec3f lost(taken[0][at], taken[1][at], taken[2][at]);
-      if (lost != Vec3f(0.0f)) dimmed = lost * mirror_dimming(column, y, image.a);
+      if (lost != Vec3f(0.0f)) dimmed = lost * mirror_dimming(mirror, column, y, image.a);
     }
     if (image.a > 0.0f) {
-      if (settings_.mirror == MirrorMode::plain) {
-        pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;
+      pixels.covered[i] += image.a;
+      if (plain) {
+        pixels.keep[i] -= settings_.reflection_alpha * image.a;
         more = settings_.reflection_alpha * Vec3f(image);
       } else {
-        const Vec3f share = mirror_->share(column, y);
+        const Vec3f share = mirror.view->share(column, y);
         more = share * Vec3f(image);
         // Of metal all light was what it showed.
-        if (mirror_->only_mirrors())
-          pixels.keep[i] = 1.0f - image.a;
+        if (mirror.view->only_mirrors())
+          pixels.keep[i] -= image.a;
         else
-          gone = image.a * share * mirror_->shown(column, y);
+          gone = image.a * share * mirror.view->shown(column, y);
       }
     }
     for (int c = 0; c < 3; ++c) {
-      pixels.dimmed[c][i] = dimmed[c];
-      pixels.gone[c][i] = gone[c];
-      pixels.more[c][i] = more[c];
+      pixels.dimmed[c][i] += dimmed[c];
+      pixels.gone[c][i] += gone[c];
+      pixels.more[c][i] += more[c];
     }
   }
 }
 
-/// What pixel (x, y) of the mirror, \p covered of which shows the subject, loses for each E that
-/// is taken where it looks.
-Vec3f Blend::mirror_dimming(int x, int y, float covered) {
-  float seen = layers_.direct.mirror_at(x, y);
+/// What pixel (x, y) of \p mirror, \p covered of which shows a subject, loses for each E that is taken
+/// where it looks.
+Vec3f Blend::mirror_dimming(MirrorLayers& mirror, int x, int y, float covered) {
+  float seen = mirror.aperture->share(x, y);
   // Of other mirrors the covered part goes with what they showed there.
-  if (!mirror_->only_mirrors()) seen = std::max(seen - covered, 0.0f);
+  if (!mirror.view->only_mirrors()) seen = std::max(seen - covered, 0.0f);
   if (seen == 0.0f) return Vec3f(0.0f);
-  const std::uint64_t albedo =
-      layers_.mirror_albedo.at(*layers_.scene, layers_.mirrored, x & ~15, y)[x & 15];
+  const std::uint64_t albedo = mirror.albedo.at(*layers_.scene, mirror.scene, x & ~15, y)[x & 15];
   const Vec3f scattered(static_cast<float>(albedo & 0xffff),
                         static_cast<float>(albedo >> 16 & 0xffff),
                         static_cast<float>(albedo >> 32 & 0xffff));
-  return seen * mirror_->share(x, y) * scattered / 65535.0f *
+  return seen * mirror.view->share(x, y) * scattered / 65535.0f *
          Vec3f(power_[0], power_[1], power_[2]);
 }
 

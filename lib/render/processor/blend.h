@@ -18,19 +18,31 @@
 
 namespace polyhull::processor {
 
-/// What subjects take of a light, as the viewport and as the plan's mirror see it.
+/// What subjects take of a light, as the viewport sees it and as the plan's mirrors show it.
 struct LightShadow {
-  AreaShadow seen, in_mirror;
+  AreaShadow seen;
+  std::vector<AreaShadow*> in_mirrors;  // as RenderPlan::mirrors; null: not there
+};
+
+/// What one of the plan's mirrors shows.
+struct MirrorLayers {
+  SceneLayer scene;
+  AlbedoLayer albedo;
+  SubjectLayer image;                ///< the subjects
+  std::vector<std::uint8_t> ways;    ///< MirrorView's
+  std::optional<Aperture> aperture;  ///< where it is seen
+  std::optional<MirrorView> view;
 };
 
 /// What a picture is made of: all drawn but the subjects, whose bands are painted on the way.
 struct Layers {
-  const TracedScene* scene = nullptr;  ///< null: no geometry
-  SceneLayer direct, mirrored;        ///< the scene as the viewport and as the plan's mirror see it
-  AlbedoLayer albedo, mirror_albedo;  ///< of these
-  std::vector<const LightShadow*> shadows;  ///< on these, as RenderPlan::lights
+  const TracedScene* scene = nullptr;       ///< null: no geometry
+  SceneLayer direct;                        ///< the scene as the viewport sees it
+  AlbedoLayer albedo;                       ///< of that
+  std::vector<MirrorLayers*> mirrors;       ///< as RenderPlan::mirrors
+  std::vector<const LightShadow*> shadows;  ///< as RenderPlan::lights
   std::vector<ReadySubject> subjects;
-  SubjectLayer front, image;  ///< the subjects before the viewport and in the mirror
+  SubjectLayer front;  ///< the subjects before the viewport
 };
 
 /// Where a picture goes: RGBA pixels, or video.
@@ -56,10 +68,10 @@ struct Touched {
 class Blend {
  public:
   /// Blends \p layers over \p background (RGBA rows \p background_stride bytes apart) into \p target;
-  /// all must outlive this. \p mirror: the plan's, null for none.
+  /// all must outlive this.
   Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
-        const RenderSettings& settings, const MirrorView* mirror, const std::uint8_t* background,
-        int background_stride, const PictureTarget& target);
+        const RenderSettings& settings, const std::uint8_t* background, int background_stride,
+        const PictureTarget& target);
 
   /// The bands that the plan changes.
   int first_band() const { return changed_.y / band_rows; }
@@ -82,7 +94,7 @@ class Blend {
   /// A thread's working memory.
   struct Workspace {
     SubjectLayer::Scratch scratch;
-    Painted front, image;
+    Painted front, images[most_mirrors];  // as RenderPlan::mirrors
   };
   static Workspace& workspace();
 
@@ -94,15 +106,27 @@ class Blend {
       return x >= left && x < right ? colours[x - left] : glm::vec4(0.0f);
     }
     bool reaches(int begin, int end) const { return begin < right && end > left; }
+    /// Whether any of columns \p begin to \p end - 1 shows a subject.
     bool any(int begin, int end) const;
   };
   static Span row_of(const Painted& painted, int y);
 
+  /// The layers of a row.
+  struct Spans {
+    Span front, images[most_mirrors];
+    bool reach(int begin, int end) const;
+  };
+
   /// What of a row's light is missing, of sixteen pixels that begin at a multiple of 16: E by channel, per
   /// power_.
   struct Missing {
-    bool seen = false, shown = false;      // any, there and in the mirror
-    float taken[3][16], in_mirror[3][16];  // written where any is
+    bool any = false;
+    float taken[3][16];  // written where any is
+    bool any_of(int x, int end, float least) const;
+  };
+  struct AllMissing {
+    Missing seen, in_mirrors[most_mirrors];
+    bool any = false;
   };
 
   /// Up to eight pixels of a row on their way into the picture. What has no part in them stays as
@@ -118,26 +142,25 @@ class Blend {
     std::uint64_t shaded = 0, changed = 0;
   };
 
-  static bool add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
-                          const Vec3f& power, bool first, float (&missing)[3][16]);
-  void find_missing(int x, int y, Missing& missing) const;
-  void blend_row(int y, const Span& over, const Span& mirrored, const PixelRows& out, Piece& piece,
+  static void add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
+                          const Vec3f& power, Missing& missing);
+  void find_missing(int x, int y, AllMissing& missing) const;
+  void blend_row(int y, const Spans& layers, const PixelRows& out, Piece& piece,
                  Progress& progress);
-  void blend_piece(int x, int end, int y, const Span& over, const Span& mirrored,
-                   const Missing& missing, const PixelRows& out, Piece& piece, Progress& progress);
+  void blend_piece(int x, int end, int y, const Spans& layers, const AllMissing& missing,
+                   const PixelRows& out, Piece& piece, Progress& progress);
   int blend_translucent(int x, int end, int y, const Piece& piece, std::uint32_t* made) const;
   float share_taken(int x, int y, const Vec3f& taken) const;
   void fill_ground(int x, int end, int y, const float (*taken)[16], BlendPixels& pixels);
   static void fill_subject(int x, int end, const Span& over, BlendPixels& pixels);
-  void fill_mirror(int x, int end, int y, const Span& mirrored, const float (*taken)[16],
-                   BlendPixels& pixels);
-  Vec3f mirror_dimming(int x, int y, float covered);
+  void add_mirror(std::size_t mirror, int x, int end, int y, const Spans& layers,
+                  const float (*taken)[16], BlendPixels& pixels);
+  Vec3f mirror_dimming(MirrorLayers& mirror, int x, int y, float covered);
 
   Layers& layers_;
   const RenderFrame& frame_;
   const RenderPlan& plan_;
   const RenderSettings& settings_;
-  const MirrorView* mirror_;
   Rectangle changed_;
   const std::uint8_t* background_;
   int background_stride_;

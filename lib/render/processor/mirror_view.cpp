@@ -24,9 +24,10 @@ Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f
   return irradiance;
 }
 
-MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-                       const SceneLayer& mirrored, std::vector<std::uint8_t>& ways,
-                       const std::uint8_t* background, int stride, AlphaCoding alpha)
+MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const SeenMirror& seen,
+                       const TracedScene& scene, const SceneLayer& mirrored,
+                       std::vector<std::uint8_t>& ways, const std::uint8_t* background, int stride,
+                       AlphaCoding alpha)
     : frame_(frame),
       scene_(scene),
       mirrored_(mirrored),
@@ -34,19 +35,20 @@ MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const T
       background_(background),
       stride_(stride),
       alpha_(alpha),
-      mirror_(*mirror_of(frame, plan)) {
+      surfaces_(surfaces_of(*frame.scene, seen)) {
   pixels_from_scene_ = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
   eye_ = Vec3f(plan.eye);
-  mirrored_eye_ = Vec3f(reflection(Vec3(mirror_.normal), mirror_.offset) * Vec4(plan.eye, 1.0));
-  const SceneMesh& mesh = frame.scene->meshes[static_cast<std::size_t>(mirror_.mesh)];
-  const Material& material = frame.scene->materials[static_cast<std::size_t>(mesh.material)];
-  f0_ = material.f0();
-  only_mirrors_ = material.only_mirrors();
+  mirrored_eye_ = Vec3f(seen.eye);
+  only_mirrors_ = polyhull::only_mirrors(*frame.scene, seen);
   rays_ = PixelRays(resized(frame.viewport, frame.width, frame.height));
 }
 
 Vec3f MirrorView::share(int x, int y) const {
-  return fresnel(f0_, -glm::dot(glm::normalize(rays_.at(x, y)), mirror_.normal));
+  const Vec3f way = glm::normalize(rays_.at(x, y));
+  Vec3f share = fresnel(surfaces_[0].f0, -glm::dot(way, surfaces_[0].normal));
+  for (std::size_t i = 1; i < surfaces_.size(); ++i)
+    share *= fresnel(surfaces_[i].f0, -glm::dot(way, surfaces_[i].normal));
+  return share;
 }
 
 /// What the background has at \p point. \p way to it: whether that is known, and something stands in it.

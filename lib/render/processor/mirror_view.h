@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// What a planar mirror shows of the scene where the subject's image covers it, so that it can be
+/// What a mirror shows of the scene where the subject's image covers it, so that it can be
 /// taken out: a point of the scene that the background itself shows is looked up there, others are
 /// lit simply.
 #pragma once
@@ -17,25 +17,23 @@ Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f
 
 class MirrorView {
  public:
-  /// \p mirrored is the scene as the mirror shows it, drawn wherever shown() is asked.
+  /// \p mirrored is the scene as mirror \p seen of \p plan shows it, drawn wherever shown() is asked.
   /// \p background: RGBA rows \p stride bytes apart, of which \p alpha says whether they may be not
   /// opaque: nothing is looked up there. \p ways: a byte for each pixel, which stays as long as
   /// \p mirrored does, at first 0. All must outlive this.
-  MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-             const SceneLayer& mirrored, std::vector<std::uint8_t>& ways,
+  MirrorView(const RenderFrame& frame, const RenderPlan& plan, const SeenMirror& seen,
+             const TracedScene& scene, const SceneLayer& mirrored, std::vector<std::uint8_t>& ways,
              const std::uint8_t* background, int stride, AlphaCoding alpha);
 
   /// The linear picture value that the mirror shows at pixel (x, y), before Fresnel's share. Not for
   /// one pixel by two threads at once.
   Vec3f shown(int x, int y) const;
 
-  /// The share of the subject's image in the mirror at pixel (x, y): Schlick's Fresnel term.
+  /// The share of the subject's image in the mirror at pixel (x, y): Schlick's Fresnel term, of all
+  /// mirrors on the way.
   Vec3f share(int x, int y) const;
 
-  /// The eye's image behind the mirror.
-  const Vec3f& mirrored_eye() const { return mirrored_eye_; }
-
-  /// Material::only_mirrors() of the mirror's.
+  /// Whether all mirrors on the way only mirror.
   bool only_mirrors() const { return only_mirrors_; }
 
  private:
@@ -48,9 +46,9 @@ class MirrorView {
   const std::uint8_t* background_;
   int stride_;
   AlphaCoding alpha_;
-  const Mirror& mirror_;
+  std::vector<MirrorSurface> surfaces_;  // of the way
   Mat4 pixels_from_scene_;
-  Vec3f eye_, mirrored_eye_, f0_;
+  Vec3f eye_, mirrored_eye_;
   bool only_mirrors_ = false;
   PixelRays rays_;
 };

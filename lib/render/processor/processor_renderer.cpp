@@ -27,9 +27,14 @@ int samples_of(const RenderSettings& settings) {
 
 }  // namespace
 
+/// By SeenMirror::way.
+template <class Kept>
+using ByWay = std::map<std::vector<std::size_t>, Kept>;
+
 /// A light whose shadow is or was drawn.
 struct KnownLight : LightShadow {
   ShadowCasters casters;
+  ByWay<AreaShadow> by_way;    // in_mirrors
   std::optional<Light> light;  // for which casters has the subjects, by the recipe
   ShadowRecipe recipe;
 };
@@ -40,12 +45,12 @@ struct ProcessorRenderer::State : Layers {
   SolidSubjects solid;
   std::map<std::size_t, KnownLight> known;  // by number
   std::vector<KnownLight*> lights;          // of this frame, as RenderPlan::lights
-  std::vector<std::uint8_t> mirror_ways;    // MirrorView's
+  ByWay<MirrorLayers> known_mirrors;
   std::vector<std::uint8_t> background_copy;
 
   bool still(const RenderPlan& plan) const;
-  void ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
-                      const RenderSettings& settings, RenderStatistics& statistics);
+  void ready_subjects(const RenderPlan& plan, const RenderSettings& settings,
+                      RenderStatistics& statistics);
   void bring_to_screen(const RenderFrame& frame, const RenderPlan& plan);
   void choose_lights(const RenderPlan& plan, bool same);
   void ready_light(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
@@ -54,7 +59,10 @@ struct ProcessorRenderer::State : Layers {
                RenderStatistics& statistics);
   void draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                   RenderStatistics& statistics);
-  ShadowView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan) const;
+  void forget_scene();
+  void draw_mirror(const SeenMirror& seen, const LayerView& view, MirrorLayers& own);
+  std::vector<std::vector<Rectangle>> sampled_parts(const RenderPlan& plan, const LayerView& view);
+  ShadowView view_in_mirror(const RenderPlan& plan, std::size_t number) const;
   void draw_shadows(const RenderFrame& frame, const RenderPlan& plan, RenderStatistics& statistics);
 };
 
@@ -76,7 +84,7 @@ bool ProcessorRenderer::State::still(const RenderPlan& plan) const {
 }
 
 /// Makes the subjects' views ready.
-void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
+void ProcessorRenderer::State::ready_subjects(const RenderPlan& plan,
                                               const RenderSettings& settings,
                                               RenderStatistics& statistics) {
   bool reused = !plan.subjects.empty();
@@ -88,7 +96,7 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
                       (placed.image != nullptr) == (subject.image != nullptr);
     subject.image = placed.image;
     subject.from_scene = placed.from_scene;
-    const std::vector<Vec3> eyes = eyes_on(placed, frame, plan);
+    const std::vector<Vec3> eyes = eyes_on(placed, plan);
     subject.views = placed.image ? views_for(*placed.mesh, eyes) : std::vector<int>();
     const SkinCounts counts =
         subject.skin.prepare(*placed.mesh, eyes, plan.pixel_size, same, !settings.skip,
@@ -109,28 +117,45 @@ void ProcessorRenderer::State::bring_to_screen(const RenderFrame& frame, const R
   const Mat4 pixels = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
   if (!plan.subject.empty())
     front.fill(subjects, {0, pixels, Facing::clockwise, std::nullopt}, frame.width, frame.height);
-  if (plan.mirror.empty()) return;
-  const Mirror& m = *mirror_of(frame, plan);
-  image.fill(
-      subjects,
-      {1, pixels * reflection(Vec3(m.normal), m.offset), Facing::counterclockwise, kept_side(m)},
-      frame.width, frame.height);
+  for (std::size_t i = 0; i < plan.mirrors.size(); ++i) {
+    const SeenMirror& seen = plan.mirrors[i];
+    if (seen.image.empty()) continue;
+    const Facing facing = seen.way.size() % 2 == 1 ? Facing::counterclockwise : Facing::clockwise;
+    mirrors[i]->image.fill(
+        subjects,
+        {seen.sight, pixels * seen.turned, facing, kept_side(mirror_of(*frame.scene, seen))},
+        frame.width, frame.height);
+  }
 }
 
-/// Finds this frame's lights among those that are known. \p same: all subjects are as they were.
+/// Finds this frame's lights and mirrors among those that are known. \p same: all subjects are as they
+/// were.
 void ProcessorRenderer::State::choose_lights(const RenderPlan& plan, bool same) {
   if (!same) solid.forget();
   lights.clear();
   shadows.clear();
   for (const ShadowLight& light : plan.lights) {
-    lights.push_back(&known[light.light]);
-    shadows.push_back(lights.back());
+    KnownLight& own = known[light.light];
+    lights.push_back(&own);
+    shadows.push_back(&own);
+    own.in_mirrors.clear();
+    for (std::size_t i = 0; i < plan.mirrors.size(); ++i)
+      own.in_mirrors.push_back(light.in_mirrors[i].empty() ? nullptr
+                                                           : &own.by_way[plan.mirrors[i].way]);
   }
+  mirrors.clear();
+  for (const SeenMirror& seen : plan.mirrors) mirrors.push_back(&known_mirrors[seen.way]);
   if (same) return;
   // What is kept of other lights is large, and its casters are not these subjects'.
   std::erase_if(known, [&](const auto& item) {
     return std::find(lights.begin(), lights.end(), &item.second) == lights.end();
   });
+  const auto passed = [&](const auto& item) {
+    return std::none_of(plan.mirrors.begin(), plan.mirrors.end(),
+                        [&](const SeenMirror& seen) { return seen.way == item.first; });
+  };
+  for (KnownLight* light : lights) std::erase_if(light->by_way, passed);
+  if (!plan.mirrors.empty()) std::erase_if(known_mirrors, passed);
 }
 
 /// Makes ready what subjects hide of the plan's light \p number.
@@ -157,7 +182,7 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
     for (std::size_t task = begin; task < end; ++task) {
       Stopwatch own;
       if (task == 0) {
-        ready_subjects(frame, plan, settings, statistics);
+        ready_subjects(plan, settings, statistics);
         bring_to_screen(frame, plan);
       } else {
         ready_light(frame, plan, settings, task - 1, same);
@@ -169,7 +194,15 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
   if (!lights.empty()) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 }
 
-/// Draws what is missing of the scene as the viewport and the mirror see it.
+/// What is kept of a scene; the next one may take its address.
+void ProcessorRenderer::State::forget_scene() {
+  geometry.reset();
+  direct.forget();
+  known_mirrors.clear();
+  known.clear();
+}
+
+/// Draws what is missing of the scene as the viewport sees it and as the mirrors show it.
 void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const RenderPlan& plan,
                                           const RenderSettings& settings,
                                           RenderStatistics& statistics) {
@@ -181,10 +214,11 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   view.width = frame.width;
   view.height = frame.height;
   view.samples = samples_of(settings);
-  const Mirror* mirror = mirror_of(frame, plan);
-  if (mirror) view.mirror_mesh = mirror->mesh;
-  if (!settings.skip)
-    for (SceneLayer* layer : {&direct, &mirrored}) layer->forget();
+  view.mirrors = !plan.mirrors.empty();
+  if (!settings.skip) {
+    direct.forget();
+    for (MirrorLayers* mirror : mirrors) mirror->scene.forget();
+  }
   const std::shared_ptr<const SceneOnScreen> ready =
       traced ? ready_triangles(frame.planes.get(), traced->scene(), geometry,
                                view.pixels_from_scene, view.width, view.height)
@@ -195,42 +229,67 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   if (!traced) return;
 
   bool drawn = direct.ensure_middles(AreaShadow::asked(plan.shadow, view));
-  if (mirror) {
-    LayerView behind = view;
-    behind.mirror_mesh = -1;
-    behind.pixels_from_scene =
-        view.pixels_from_scene * reflection(Vec3(mirror->normal), mirror->offset);
-    behind.kept = kept_side(*mirror);
-    if (mirrored.set(traced, behind)) {
-      const ShadowView seen = view_in_mirror(frame, plan);
-      mirror_albedo.reset(mirrored, seen.eye, seen.rays);
-      mirror_ways.assign(static_cast<std::size_t>(view.width) * view.height, 0);
-    }
-    drawn = mirrored.ensure_samples({&plan.mirror, 1}) || drawn;
-    drawn = mirrored.ensure_middles(
-                bounding(plan.mirror, AreaShadow::asked(plan.mirror_shadow, view))) ||
-            drawn;
+  for (std::size_t i = 0; i < mirrors.size(); ++i) {
+    draw_mirror(plan.mirrors[i], view, *mirrors[i]);
+    const Rectangle shadow = AreaShadow::asked(plan.mirrors[i].shadow, view);
+    drawn = mirrors[i]->scene.ensure_middles(bounding(plan.mirrors[i].image, shadow)) || drawn;
   }
-  std::vector<Rectangle> sampled{plan.subject, plan.mirror};
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const Rectangle& part = plan.lights[i].in_mirror;
-    if (part.empty()) continue;
-    KnownLight& own = *lights[i];
-    own.in_mirror.begin(own.casters, view_in_mirror(frame, plan), *own.light, own.recipe, part);
-    const std::vector<Rectangle> reached = own.in_mirror.reached(view);
-    sampled.insert(sampled.end(), reached.begin(), reached.end());
-  }
-  drawn = direct.ensure_samples(sampled) || drawn;
+  const std::vector<std::vector<Rectangle>> sampled = sampled_parts(plan, view);
+  drawn = direct.ensure_samples(sampled.back()) || drawn;
+  for (std::size_t i = 0; i < mirrors.size(); ++i)
+    drawn = mirrors[i]->scene.ensure_samples(sampled[i]) || drawn;
   statistics.scene_depth_reused = !drawn;
 }
 
-/// Who sees the scene, and the shadow on it, in the plan's mirror.
-ShadowView ProcessorRenderer::State::view_in_mirror(const RenderFrame& frame,
-                                                    const RenderPlan& plan) const {
-  const Mirror& mirror = *mirror_of(frame, plan);
-  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
-  return {mirrored, Vec3f(reflection(Vec3(mirror.normal), mirror.offset) * Vec4(plan.eye, 1.0)),
-          reflected(rays, mirror.normal), &direct};
+/// Begins with what mirror \p own shows, where it is not the same as before. \p view: the viewport's.
+void ProcessorRenderer::State::draw_mirror(const SeenMirror& seen, const LayerView& view,
+                                           MirrorLayers& own) {
+  const MirrorLayers* outer =
+      seen.within >= 0 ? mirrors[static_cast<std::size_t>(seen.within)] : nullptr;
+  own.aperture.emplace(Aperture{outer ? outer->scene : direct,
+                                static_cast<std::uint8_t>(seen.way.back() + 1),
+                                outer ? &*outer->aperture : nullptr});
+  LayerView behind = view;
+  behind.pixels_from_scene = view.pixels_from_scene * seen.turned;
+  behind.kept = kept_side(mirror_of(scene->scene(), seen));
+  if (!own.scene.set(scene, behind)) return;
+  own.albedo.reset(own.scene, Vec3f(seen.eye), seen.rays);
+  own.ways.assign(static_cast<std::size_t>(view.width) * view.height, 0);
+}
+
+/// Where samples of the scene are asked for: by mirror, and last of the viewport. The lights' shadows in
+/// mirrors are begun.
+std::vector<std::vector<Rectangle>> ProcessorRenderer::State::sampled_parts(const RenderPlan& plan,
+                                                                            const LayerView& view) {
+  std::vector<std::vector<Rectangle>> out(plan.mirrors.size() + 1);
+  out.back().push_back(plan.subject);
+  for (std::size_t m = 0; m < plan.mirrors.size(); ++m) {
+    std::vector<Rectangle> parts{plan.mirrors[m].image};
+    out[m].push_back(plan.mirrors[m].image);
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      KnownLight& own = *lights[i];
+      AreaShadow* const shadow = own.in_mirrors[m];
+      if (!shadow) continue;
+      shadow->begin(own.casters, view_in_mirror(plan, m), *own.light, own.recipe,
+                    plan.lights[i].in_mirrors[m]);
+      const std::vector<Rectangle> reached = shadow->reached(view);
+      parts.insert(parts.end(), reached.begin(), reached.end());
+    }
+    // Of all that show it, up to the viewport.
+    for (int outer = plan.mirrors[m].within;; outer = plan.mirrors[outer].within) {
+      std::vector<Rectangle>& asked = outer < 0 ? out.back() : out[static_cast<std::size_t>(outer)];
+      asked.insert(asked.end(), parts.begin(), parts.end());
+      if (outer < 0) break;
+    }
+  }
+  return out;
+}
+
+/// Who sees the scene, and the shadow on it, in a mirror of the plan.
+ShadowView ProcessorRenderer::State::view_in_mirror(const RenderPlan& plan,
+                                                    std::size_t number) const {
+  const SeenMirror& seen = plan.mirrors[number];
+  return {mirrors[number]->scene, Vec3f(seen.eye), seen.rays, &*mirrors[number]->aperture};
 }
 
 /// The shadows as the viewport sees them, and as the mirror shows them.
@@ -247,9 +306,10 @@ void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const Rend
       own.seen.draw(own.casters, *scene, view, *own.light);
       statistics.rays += own.seen.rays();
     }
-    if (!plan.lights[i].in_mirror.empty()) {
-      own.in_mirror.draw(own.casters, *scene, view_in_mirror(frame, plan), *own.light);
-      statistics.rays += own.in_mirror.rays();
+    for (std::size_t m = 0; m < own.in_mirrors.size(); ++m) {
+      if (!own.in_mirrors[m]) continue;
+      own.in_mirrors[m]->draw(own.casters, *scene, view_in_mirror(plan, m), *own.light);
+      statistics.rays += own.in_mirrors[m]->rays();
     }
   }
 }
@@ -277,7 +337,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   statistics_.shadow_skipped = plan.shadow.empty();
   statistics_.shadow_lights = plan.lights.size();
   statistics_.lights_skipped = plan.lights_skipped;
-  statistics_.mirror_skipped = plan.mirror.empty();
+  statistics_.set_mirrors(plan);
   const Rectangle changed = plan.changed();
   if (changed.empty()) return;
 
@@ -287,10 +347,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   };
   if (frame.scene != s.scene_held) {
     s.scene_held = frame.scene;
-    s.geometry.reset();
-    // The next scene may take this one's address.
-    for (SceneLayer* layer : {&s.direct, &s.mirrored}) layer->forget();
-    s.known.clear();
+    s.forget_scene();
   }
   s.scene = traced(frame);
   s.prepare(frame, plan, settings, statistics_);
@@ -300,21 +357,18 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   s.draw_shadows(frame, plan, statistics_);
   if (!plan.lights.empty()) pass("shadow");
 
-  std::optional<MirrorView> mirror;
-  if (plan.mirror_index >= 0) {
-    const std::uint8_t* unchanged = background;
-    if (background == target.pixels) {
-      // Other rows of the background are read for the mirror when they may be written already.
-      const std::size_t size = static_cast<std::size_t>(background_stride) * (frame.height - 1) +
-                               4 * static_cast<std::size_t>(frame.width);
-      s.background_copy.assign(background, background + size);
-      unchanged = s.background_copy.data();
-    }
-    mirror.emplace(frame, plan, *s.scene, s.mirrored, s.mirror_ways, unchanged, background_stride,
-                   settings.alpha);
+  const std::uint8_t* unchanged = background;
+  if (background == target.pixels && !plan.mirrors.empty()) {
+    // Other rows of the background are read for mirrors when they may be written already.
+    const std::size_t size = static_cast<std::size_t>(background_stride) * (frame.height - 1) +
+                             4 * static_cast<std::size_t>(frame.width);
+    s.background_copy.assign(background, background + size);
+    unchanged = s.background_copy.data();
   }
-  Blend blend(s, frame, plan, settings, mirror ? &*mirror : nullptr, background, background_stride,
-              target);
+  for (std::size_t i = 0; i < plan.mirrors.size(); ++i)
+    s.mirrors[i]->view.emplace(frame, plan, plan.mirrors[i], *s.scene, s.mirrors[i]->scene,
+                               s.mirrors[i]->ways, unchanged, background_stride, settings.alpha);
+  Blend blend(s, frame, plan, settings, background, background_stride, target);
   const int first = blend.first_band();
   parallel_for(static_cast<std::size_t>(blend.last_band() - first + 1), 1, 0,
                [&](std::size_t begin, std::size_t end) {

@@ -161,7 +161,7 @@ void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const Subject
 
 /// Begins with the scene's depths in \p part, so that only what is nearer is drawn, and beside the mirror
 /// with what nothing is nearer than.
-void SubjectLayer::hide(const Rectangle& part, const SceneLayer& scene, const SceneLayer* frame,
+void SubjectLayer::hide(const Rectangle& part, const SceneLayer& scene, const Aperture* mirror,
                         const SampleRows& rows) {
   with_samples(rows.samples, [&](auto samples) {
     for (int y = part.y; y < part.y + part.height; ++y) {
@@ -170,11 +170,13 @@ void SubjectLayer::hide(const Rectangle& part, const SceneLayer& scene, const Sc
       float* const to = rows.inverse + sample_index(rows, part.x, y, 0);
       for (int x = 0; x < part.width; ++x)
         for (int s = 0; s < samples; ++s) to[x * samples + s] = from[s][x];
-      if (frame == nullptr) continue;
-      const std::uint8_t* marks = frame->mirror(part.x, y);
-      for (int x = 0; x < part.width; ++x)
-        for (int s = 0; s < samples; ++s)
-          if (!(marks[x] >> s & 1)) to[x * samples + s] = infinite;
+      for (const Aperture* outer = mirror; outer != nullptr; outer = outer->within) {
+        for (int s = 0; s < samples; ++s) {
+          const std::uint8_t* seen = outer->layer.mirror(s, part.x, y);
+          for (int x = 0; x < part.width; ++x)
+            if (seen[x] != outer->mirror) to[x * samples + s] = infinite;
+        }
+      }
     }
   });
 }
@@ -275,7 +277,7 @@ Rectangle SubjectLayer::painted(int band, const Rectangle& part) const {
 
 Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band,
                               const Rectangle& part, const SceneLayer& scene,
-                              const SceneLayer* frame, bool drawn, const DepthPicture* depth,
+                              const Aperture* mirror, bool drawn, const DepthPicture* depth,
                               Scratch& scratch, std::vector<glm::vec4>& into) const {
   const Rectangle rows = painted(band, part);
   if (rows.empty()) return rows;
@@ -302,7 +304,7 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
     if (!drawn) std::fill_n(row + before, inside, 0.0f);
     std::fill(row + before + inside, row + samples * rows.width, infinite);
   }
-  if (drawn) hide(own, scene, frame, sample_rows);
+  if (drawn) hide(own, scene, mirror, sample_rows);
   if (depth != nullptr) hide(own, scene.view(), *depth, sample_rows);
   hulls_.triangles.draw(band, sample_rows);
   scratch.items.resize(subjects.size());

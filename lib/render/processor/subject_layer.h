@@ -33,16 +33,16 @@ class SubjectLayer {
             int height);
 
   /// Draws what of \p part lies in band \p band, hidden by \p scene and, where given, only where
-  /// \p frame marks its mirror: premultiplied linear colours and coverage, row by row, of the
+  /// \p mirror is seen: premultiplied linear colours and coverage, row by row, of the
   /// rectangle that it returns; beside that there is nothing. \p drawn: the scene's layers have
   /// something at all. \p depth, where it is given, hides, too.
   Rectangle paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
-                  const SceneLayer& scene, const SceneLayer* frame, bool drawn,
+                  const SceneLayer& scene, const Aperture* mirror, bool drawn,
                   const DepthPicture* depth, Scratch& scratch, std::vector<glm::vec4>& into) const;
 
  private:
   Rectangle painted(int band, const Rectangle& part) const;
-  static void hide(const Rectangle& part, const SceneLayer& scene, const SceneLayer* frame,
+  static void hide(const Rectangle& part, const SceneLayer& scene, const Aperture* mirror,
                    const SampleRows& rows);
   static void hide(const Rectangle& part, const LayerView& view, const DepthPicture& depth,
                    const SampleRows& rows);

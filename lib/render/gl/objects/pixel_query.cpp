@@ -6,15 +6,15 @@
 namespace polyhull::gl {
 
 PixelQuery::~PixelQuery() {
-  if (!context_gone() && name_ != 0) glDeleteQueries(1, &name_);
+  if (!context_gone()) glDeleteQueries(static_cast<GLsizei>(names_.size()), names_.data());
 }
 
 void PixelQuery::begin() {
   if (is_embedded()) return;
   end();
-  if (name_ == 0) glGenQueries(1, &name_);
-  glBeginQuery(GL_SAMPLES_PASSED, name_);
-  open_ = pending_ = true;
+  if (begun_ == names_.size()) glGenQueries(1, &names_.emplace_back());
+  glBeginQuery(GL_SAMPLES_PASSED, names_[begun_++]);
+  open_ = true;
 }
 
 void PixelQuery::end() {
@@ -22,12 +22,19 @@ void PixelQuery::end() {
   open_ = false;
 }
 
+void PixelQuery::forget() {
+  end();
+  begun_ = 0;
+}
+
 std::uint64_t PixelQuery::take() {
-  if (!pending_) return 0;
-  pending_ = false;
-  GLuint count = 0;
-  glGetQueryObjectuiv(name_, GL_QUERY_RESULT, &count);
-  return count;
+  std::uint64_t all = 0;
+  for (; begun_ > 0; --begun_) {
+    GLuint count = 0;
+    glGetQueryObjectuiv(names_[begun_ - 1], GL_QUERY_RESULT, &count);
+    all += count;
+  }
+  return all;
 }
 
 }  // namespace polyhull::gl

@@ -5,12 +5,14 @@
 
 #include <epoxy/gl.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace polyhull::gl {
 
-/// Counts those of what is drawn between begin() and end(), with the context current. OpenGL ES
-/// cannot.
+/// Counts those of what is drawn between begin() and end(), each time, with the context current. OpenGL
+/// ES cannot.
 class PixelQuery {
  public:
   PixelQuery() = default;
@@ -20,13 +22,15 @@ class PixelQuery {
   /// Ends a count that an exception left open.
   void begin();
   void end();
-  /// The count since begin(), once; 0: not known. Waits until it is drawn.
+  /// Forgets what is counted.
+  void forget();
+  /// All counts since the last take() or forget(); 0: not known. Waits until all is drawn.
   std::uint64_t take();
 
  private:
-  GLuint name_ = 0;
+  std::vector<GLuint> names_;
+  std::size_t begun_ = 0;  // of these
   bool open_ = false;
-  bool pending_ = false;
 };
 
 }  // namespace polyhull::gl

@@ -60,7 +60,7 @@ void EdgeLayer::resolve(const Rectangle& part) {
                     GL_NEAREST);
 }
 
-void LightLayer::resize(int width, int height, int colours) {
+void LightLayer::resize(int width, int height, int colours, bool stencil) {
   if (width == width_ && height == height_) return;
   width_ = width;
   height_ = height;
@@ -75,10 +75,16 @@ void LightLayer::resize(int width, int height, int colours) {
   }
   glDrawBuffers(colours, targets);
   bind_texture(0, GL_TEXTURE_2D, depth_.get());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0, GL_DEPTH_COMPONENT,
-               GL_UNSIGNED_INT, nullptr);
+  if (stencil)
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH24_STENCIL8, width, height, 0, GL_DEPTH_STENCIL,
+                 GL_UNSIGNED_INT_24_8, nullptr);
+  else
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0, GL_DEPTH_COMPONENT,
+                 GL_UNSIGNED_INT, nullptr);
   texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.get(), 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER,
+                         stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
+                         depth_.get(), 0);
   check_framebuffer("half-float light layer");
 }
 

@@ -28,7 +28,8 @@ class EdgeLayer {
 /// One or two linear half-float colour textures with a depth texture.
 class LightLayer {
  public:
-  void resize(int width, int height, int colours = 1);
+  /// \p stencil, always the same: with a stencil buffer.
+  void resize(int width, int height, int colours = 1, bool stencil = false);
   void bind();
   GLuint colour(int which = 0) { return colours_[which].get(); }
   GLuint depth() { return depth_.get(); }

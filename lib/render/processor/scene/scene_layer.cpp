@@ -8,6 +8,8 @@
 
 #include "base/thread_pool.h"
 #include "render/projection.h"
+#include "render/seen_mirrors.h"
+#include "scene/mirror_triangles.h"
 
 namespace polyhull::processor {
 namespace {
@@ -70,9 +72,14 @@ bool SceneLayer::set(const TracedScene* scene, const LayerView& view,
 void SceneLayer::number_triangles() {
   first_of_mesh_.assign(1, 0);
   mesh_of_.clear();
+  mirror_of_.clear();
   for (const SceneMesh& mesh : scene_->scene().meshes) {
     const auto number = static_cast<std::uint32_t>(first_of_mesh_.size() - 1);
     mesh_of_.insert(mesh_of_.end(), mesh.triangles.size() / 3, number);
+    for (const int mirror : mirrors_of_triangles(scene_->scene(), number))
+      mirror_of_.push_back(mirror < static_cast<int>(most_known_mirrors)
+                               ? static_cast<std::uint8_t>(mirror + 1)
+                               : std::uint8_t{0});
     first_of_mesh_.push_back(static_cast<std::uint32_t>(mesh_of_.size()));
   }
 }
@@ -106,36 +113,40 @@ void SceneLayer::draw_samples(int number, int left, int right) {
   const int top = number * band_rows;
   screen_->draw(number, {left, right, top, top + static_cast<int>(part.rows), view_.samples,
                          sample_places(view_.samples), part.inverse.data(), pieces.data()});
-  if (view_.mirror_mesh < 0) return;
-  part.mirror.assign(pixels, 0);
-  for (int s = 0; s < view_.samples; ++s)
-    mark(&pieces[static_cast<std::size_t>(s) * pixels], pixels, static_cast<std::uint8_t>(1 << s),
-         part.mirror.data());
+  if (!view_.mirrors) return;
+  part.mirror.resize(count);
+  mark(pieces.data(), count, part.mirror.data());
 }
 
-/// Sets \p bit for those of \p pieces that are the mirror's.
-void SceneLayer::mark(const std::uint32_t* pieces, std::size_t count, std::uint8_t bit,
-                      std::uint8_t* marks) const {
-  const std::uint32_t* first = &first_of_mesh_[static_cast<std::size_t>(view_.mirror_mesh)];
+/// The mirror that each of \p pieces is part of.
+void SceneLayer::mark(const std::uint32_t* pieces, std::size_t count, std::uint8_t* mirrors) const {
   for (std::size_t i = 0; i < count;) {
     // Neighbours mostly show the same.
     const std::uint32_t number = pieces[i];
     std::size_t end = i + 1;
     while (end < count && pieces[end] == number) ++end;
-    const std::uint32_t id = number != no_triangle ? piece(number).id : no_triangle;
-    if (id >= first[0] && id < first[1])
-      for (std::size_t k = i; k < end; ++k) marks[k] |= bit;
+    std::fill(mirrors + i, mirrors + end,
+              number != no_triangle ? mirror_of_[piece(number).id] : std::uint8_t{0});
     i = end;
   }
 }
 
-bool SceneLayer::shows_mirror(const Rectangle& part) const {
+bool Aperture::seen_in(const Rectangle& part) const {
   for (int y = part.y; y < part.y + part.height; ++y) {
-    const std::uint8_t* row = mirror(part.x, y);
-    if (std::any_of(row, row + part.width, [](std::uint8_t bits) { return bits != 0; }))
-      return true;
+    for (int s = 0; s < layer.view().samples; ++s) {
+      const std::uint8_t *row = layer.mirror(s, part.x, y), *end = row + part.width;
+      for (const std::uint8_t* at = std::find(row, end, mirror); at != end;
+           at = std::find(at + 1, end, mirror))
+        if (!within || within->seen_at(s, part.x + static_cast<int>(at - row), y)) return true;
+    }
   }
   return false;
+}
+
+float Aperture::share(int x, int y) const {
+  int seen = 0;
+  for (int s = 0; s < layer.view().samples; ++s) seen += seen_at(s, x, y);
+  return static_cast<float>(seen) / static_cast<float>(layer.view().samples);
 }
 
 void SceneLayer::draw_middles(int number, int left, int right) {

@@ -4,7 +4,6 @@
 /// middles where light may be taken, and the depth of every sample of a pixel where subjects are.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -23,7 +22,7 @@ struct LayerView {
   int width = 0, height = 0;
   int samples = 4;
   std::optional<Vec4> kept;  ///< only the scene on this plane's positive side
-  int mirror_mesh = -1;      ///< whose visible samples are marked
+  bool mirrors = false;      ///< whether it is known which mirror each sample shows
   bool operator==(const LayerView&) const = default;
 };
 
@@ -56,18 +55,11 @@ class SceneLayer {
     return &of.inverse[static_cast<std::size_t>(s) * of.rows * of.width() + of.at(x, y)];
   }
 
-  /// Bit s of each: sample s of pixel (x, y), and of those to its right, shows the mirror.
-  const std::uint8_t* mirror(int x, int y) const {
+  /// Which of Scene::mirrors sample \p s of pixel (x, y), and of those to its right, shows, counted
+  /// from 1; 0: none.
+  const std::uint8_t* mirror(int s, int x, int y) const {
     const Samples& of = samples_[static_cast<std::size_t>(y / band_rows)];
-    return &of.mirror[of.at(x, y)];
-  }
-
-  /// Whether a sample of any pixel of \p part, which is drawn, shows the view's mirror.
-  bool shows_mirror(const Rectangle& part) const;
-
-  /// The share of pixel (x, y)'s samples that do.
-  float mirror_at(int x, int y) const {
-    return static_cast<float>(std::popcount(*mirror(x, y))) / static_cast<float>(view_.samples);
+    return &of.mirror[static_cast<std::size_t>(s) * of.rows * of.width() + of.at(x, y)];
   }
 
   /// 1/z at the middle of pixel (x, y) and of those to its right, 0 where nothing is; as far as
@@ -112,7 +104,7 @@ class SceneLayer {
   /// By sample, row and column.
   struct Samples : Part {
     std::vector<float> inverse;
-    std::vector<std::uint8_t> mirror;  // by row and column
+    std::vector<std::uint8_t> mirror;
   };
   struct Middles : Part {
     std::vector<float> inverse;
@@ -122,8 +114,7 @@ class SceneLayer {
   void number_triangles();
   void lay_out(Part& part, int number, int left, int right) const;
   void draw_samples(int number, int left, int right);
-  void mark(const std::uint32_t* pieces, std::size_t count, std::uint8_t bit,
-            std::uint8_t* marks) const;
+  void mark(const std::uint32_t* pieces, std::size_t count, std::uint8_t* mirrors) const;
   void draw_middles(int number, int left, int right);
 
   const TracedScene* scene_ = nullptr;
@@ -132,8 +123,28 @@ class SceneLayer {
   std::shared_ptr<const SceneOnScreen> screen_;
   std::vector<std::uint32_t> first_of_mesh_;  // ids count through all meshes; and the end
   std::vector<std::uint32_t> mesh_of_;        // by id
+  std::vector<std::uint8_t> mirror_of_;       // by id, as mirror()
   std::vector<Samples> samples_;              // by band
   std::vector<Middles> middles_;
+};
+
+/// Where a mirror is seen: those samples of a layer that show it, and where that layer is itself what a
+/// mirror shows, only where that one is seen.
+struct Aperture {
+  const SceneLayer& layer;
+  std::uint8_t mirror;               ///< as SceneLayer::mirror()
+  const Aperture* within = nullptr;  ///< null: the layer is the viewport's
+
+  /// Whether any sample of \p part, where the layers' samples are drawn, shows it.
+  bool seen_in(const Rectangle& part) const;
+
+  /// Whether sample \p s of pixel (x, y) does.
+  bool seen_at(int s, int x, int y) const {
+    return *layer.mirror(s, x, y) == mirror && (!within || within->seen_at(s, x, y));
+  }
+
+  /// The share of the pixel's samples that do.
+  float share(int x, int y) const;
 };
 
 }  // namespace polyhull::processor

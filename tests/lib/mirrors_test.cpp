@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Several mirrors in one picture, and mirrors seen in mirrors, against a plain ray tracer and against
+// what each of them shows alone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backend.h"
+#include "figure_stage.h"
+#include "shot.h"
+#include "simple_trace.h"
+
+namespace polyhull {
+namespace {
+
+using Stage = synthetic::FigureStage;
+using MirrorsTest = testing::BackendTest;
+
+void keep(const Picture& picture, const std::string& name) {
+  if (const char* folder = std::getenv("POLYHULL_PICTURES"))
+    save_picture(picture, std::string(folder) + "/" + name + ".png");
+}
+
+/// A standing pane of metal, from \p corner along \p u and up.
+void add_pane(Scene& scene, const Vec3f& corner, const Vec3f& u, float height) {
+  Material metal;
+  metal.base_colour = {0.9f, 0.85f, 0.8f};
+  metal.metallic = 1.0f;
+  metal.roughness = 0.0f;
+  scene.materials.push_back(metal);
+  SceneMesh mesh;
+  const Vec3f v(0.0f, height, 0.0f);
+  mesh.material = static_cast<int>(scene.materials.size()) - 1;
+  mesh.positions = {corner, corner + u, corner + u + v, corner + v};
+  mesh.normals.assign(4, glm::normalize(glm::cross(u, v)));
+  mesh.triangles = {0, 1, 2, 0, 2, 3};
+  scene.meshes.push_back(mesh);
+  scene.mirrors = find_mirrors(scene);
+}
+
+/// The small room with a polished floor and a pane before its back wall.
+Scene floor_and_pane() {
+  Scene scene = synthetic::small_room(true);
+  add_pane(scene, {-0.3f, 0.15f, -1.6f}, {1.6f, 0.0f, 0.0f}, 2.2f);
+  return scene;
+}
+
+/// The small room with a dull floor and two panes that meet in a corner behind the figure.
+Scene corner() {
+  Scene scene = synthetic::small_room(false);
+  scene.meshes.resize(4);  // no pillar
+  add_pane(scene, {-1.5f, 0.0f, 1.6f}, {0.0f, 0.0f, -2.8f}, 2.3f);
+  add_pane(scene, {-1.5f, 0.0f, -1.2f}, {2.6f, 0.0f, 0.0f}, 2.3f);
+  return scene;
+}
+
+/// The figure in \p scene over its traced picture.
+std::unique_ptr<Stage> stage_of(Scene scene, const Vec3& eye, const Vec3& target) {
+  auto stage = std::make_unique<Stage>(224, 126);
+  stage->scene = stage->frame.scene = std::make_shared<const Scene>(std::move(scene));
+  stage->frame.lights = stage->scene->lights;
+  stage->frame.viewport = synthetic::look_at(eye, target, 224, 126, 50.0);
+  stage->background =
+      synthetic::SimpleTrace(*stage->scene, stage->frame.ambient).draw(stage->frame.viewport, 2, 3);
+  return stage;
+}
+
+std::unique_ptr<Stage> floor_stage() {
+  return stage_of(floor_and_pane(), {1.3, 1.5, 4.2}, {-0.2, 0.8, 0.0});
+}
+std::unique_ptr<Stage> corner_stage() {
+  return stage_of(corner(), {1.8, 1.5, 3.4}, {-0.4, 1.0, 0.0});
+}
+
+double seen_apart(const Picture& a, const Picture& b, int x, int y) {
+  double apart = 0.0;
+  for (int c = 0; c < 3; ++c)
+    apart += std::abs(static_cast<double>(a.row(y)[4 * x + c]) - b.row(y)[4 * x + c]);
+  return apart;
+}
+
+/// Of the pixels that the subject changes without standing there.
+double around(const Stage& stage, const RenderPlan& plan, const Picture& picture,
+              const Picture& truth) {
+  return synthetic::psnr(picture, truth, [&](int x, int y) {
+    const Rectangle& r = plan.subject;
+    const bool inside = x >= r.x && x < r.x + r.width && y >= r.y && y < r.y + r.height;
+    return !inside && seen_apart(stage.background, truth, x, y) > 6;
+  });
+}
+
+/// Checks \p stage against the truth around the figure, and against the processor's picture.
+void check(Renderer& renderer, const Stage& stage, const Picture& truth, int depth,
+           const std::string& name, double least) {
+  RenderSettings settings;
+  settings.mirror_depth = depth;
+  const Picture picture = stage.composite(renderer, settings);
+  const RenderPlan plan = renderer.plan(stage.frame, settings);
+  keep(picture, name);
+  keep(truth, name + "-truth");
+  keep(stage.background, name + "-empty");
+  ProcessorRenderer processor;
+  const Picture other = stage.composite(processor, settings);
+  const double found = around(stage, plan, picture, truth);
+  const double alike = synthetic::psnr(picture, other);
+  std::printf(
+      "%s: %zu mirrors, around the figure %.2f dB (background %.2f), whole %.2f, of the "
+      "processor's %.2f\n",
+      name.c_str(), plan.mirrors.size(), found, around(stage, plan, stage.background, truth),
+      synthetic::psnr(picture, truth), alike);
+  EXPECT_GT(found, least) << name;
+  EXPECT_GT(alike, 42.0) << name;
+}
+
+/// As check() with one mirror on the way, and with two.
+void check_depths(Renderer& renderer, const Stage& stage, const Picture& one, const Picture& two,
+                  const std::string& name, double least) {
+  check(renderer, stage, one, 1, name, least);
+  check(renderer, stage, two, 2, name + "-2", least);
+}
+
+TEST_P(MirrorsTest, TwoStandInTheSceneLikeTheTruth) {
+  static const std::unique_ptr<Stage> stage = floor_stage();
+  static const Picture one = stage->truth(2, 3, 1), two = stage->truth(2, 3, 2);
+  check_depths(*make_renderer(), *stage, one, two, "floor-and-pane", 35.5);
+}
+
+TEST_P(MirrorsTest, TheyStandInACornerLikeTheTruth) {
+  static const std::unique_ptr<Stage> stage = corner_stage();
+  static const Picture one = stage->truth(2, 3, 1), two = stage->truth(2, 3, 2);
+  check_depths(*make_renderer(), *stage, one, two, "corner", 32.0);
+}
+
+// In its own pixels each mirror shows what it shows where there is no other.
+TEST_P(MirrorsTest, EachShowsWhatItShowsAlone) {
+  // OpenGL puts one after the other into a picture of whole codes.
+  const int most_apart = processor() ? 0 : 1;
+  for (const bool metal : {false, true}) {
+    Stage stage(320, 180);
+    stage.fill_background(150);
+    stage.frame.viewport =
+        metal ? synthetic::look_at({1.8, 1.5, 3.4}, {-0.4, 1.0, 0.0}, 320, 180, 50)
+              : synthetic::look_at({1.3, 1.5, 4.2}, {-0.2, 0.8, 0.0}, 320, 180, 50);
+    const Scene scene = metal ? corner() : floor_and_pane();
+    ASSERT_EQ(scene.mirrors.size(), 2u);
+    Picture pictures[4];  // by the mirrors, a bit each
+    for (unsigned set = 0; set < 4; ++set) {
+      Scene some = scene;
+      some.mirrors.clear();
+      for (unsigned m = 0; m < 2; ++m)
+        if (set >> m & 1) some.mirrors.push_back(scene.mirrors[m]);
+      stage.frame.scene = std::make_shared<const Scene>(std::move(some));
+      const auto renderer = make_renderer();
+      pictures[set] = stage.composite(*renderer, {});
+      EXPECT_EQ(renderer->statistics().mirrors, set == 3 ? 2u : set > 0 ? 1u : 0u);
+    }
+    int own[2] = {}, shared = 0;
+    for (int y = 0; y < 180; ++y) {
+      for (int x = 0; x < 320; ++x) {
+        const bool first = seen_apart(pictures[1], pictures[0], x, y) > 0;
+        const bool second = seen_apart(pictures[2], pictures[0], x, y) > 0;
+        shared += first && second;
+        if (first && second) continue;
+        own[0] += first;
+        own[1] += second;
+        const Picture& alone = pictures[second ? 2 : 1];
+        for (int c = 0; c < 4; ++c)
+          ASSERT_LE(std::abs(alone.row(y)[4 * x + c] - pictures[3].row(y)[4 * x + c]), most_apart)
+              << x << " " << y << " metal " << metal;
+      }
+    }
+    EXPECT_GT(own[0], 300);
+    EXPECT_GT(own[1], 300);
+    EXPECT_LT(shared, 100) << "pixels at the edge between them";
+  }
+}
+
+// One mesh may be several mirrors: each of its faces shows what that face reflects, and no other's.
+TEST_P(MirrorsTest, EachFaceOfAMeshIsAMirror) {
+  Scene apart = corner(), together = apart;
+  SceneMesh& mesh = together.meshes[together.meshes.size() - 2];
+  const SceneMesh second = together.meshes.back();
+  mesh.positions.insert(mesh.positions.end(), second.positions.begin(), second.positions.end());
+  mesh.normals.insert(mesh.normals.end(), second.normals.begin(), second.normals.end());
+  for (const std::uint32_t index : second.triangles) mesh.triangles.push_back(4 + index);
+  together.meshes.pop_back();
+  together.mirrors = find_mirrors(together);
+  ASSERT_EQ(together.mirrors.size(), 2u);
+  Stage stage(240, 135);
+  stage.fill_background(150);
+  stage.frame.viewport = synthetic::look_at({1.8, 1.5, 3.4}, {-0.4, 1.0, 0.0}, 240, 135, 50);
+  RenderSettings settings;
+  settings.mirror_depth = 2;
+  stage.frame.scene = std::make_shared<const Scene>(std::move(apart));
+  const Picture wanted = stage.composite(*make_renderer(), settings);
+  stage.frame.scene = std::make_shared<const Scene>(std::move(together));
+  EXPECT_EQ(stage.composite(*make_renderer(), settings).pixels, wanted.pixels);
+}
+
+// Whatever of the mirrors comes into view, goes, or is hidden by the other.
+TEST_P(MirrorsTest, SkippingChangesNoBit) {
+  Stage stage(160, 90);
+  stage.fill_background(150);
+  stage.frame.scene = std::make_shared<const Scene>(floor_and_pane());
+  const auto lazy = make_renderer(), eager = make_renderer();
+  RenderSettings skip, all;
+  skip.mirror_depth = all.mirror_depth = 2;
+  all.skip = false;
+  std::size_t most = 0, least = 9;
+  const Vec3 eyes[] = {{1.3, 1.5, 4.2}, {1.3, 1.5, 4.2},  {-1.4, 0.7, 0.0},
+                       {2.0, 2.5, 2.0}, {0.5, 1.2, -1.0}, {1.3, 1.5, 4.2}};
+  const Vec3 targets[] = {{0, 0.9, 0},       {0, 0.9, 0},   {0.2, 0.6, -1.6},
+                          {-0.6, 1.0, -1.0}, {0, 0.2, 1.0}, {0, 0.9, 0}};
+  for (std::size_t i = 0; i < std::size(eyes); ++i) {
+    stage.frame.viewport = synthetic::look_at(eyes[i], targets[i], 160, 90, 55.0);
+    stage.frame.subjects[0].placement.translate = {i == 1 ? 2.2 : 0.0, 0, 0};
+    const Picture picture = stage.composite(*lazy, skip);
+    EXPECT_EQ(picture.pixels, stage.composite(*eager, all).pixels) << "view " << i;
+    most = std::max<std::size_t>(most, lazy->statistics().mirrors);
+    least = std::min<std::size_t>(least, lazy->statistics().mirrors);
+  }
+  EXPECT_GT(most, 2u);
+  EXPECT_LT(least, 2u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Api, MirrorsTest, ::testing::ValuesIn(testing::all_backends),
+                         testing::backend_name);
+
+}  // namespace
+}  // namespace polyhull
