@@ -158,6 +158,7 @@ std::string announcement_to_json(const Announcement& announcement) {
               {"exposure", announcement.exposure},
               {"ambient", numbers(announcement.ambient)}};
   if (announcement.scene_version > 0) out["scene_version"] = announcement.scene_version;
+  if (!announcement.nodes.empty()) out["nodes"] = announcement.nodes;
   if (announcement.sky != Vec3f(0.0f)) out["sky"] = numbers(announcement.sky);
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
@@ -179,6 +180,7 @@ Announcement announcement_of(const json& root) {
     announcement.viewport = camera_from_json(member(root, "viewport"));
     announcement.scene = name_of(member(root, "scene"), "scene");
     announcement.scene_version = version_of(root);
+    announcement.nodes = name_of(root.value("nodes", json("")), "nodes");
     const json& lights = member(root, "lights");
     if (!lights.is_array() || lights.size() > most_lights)
       throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));

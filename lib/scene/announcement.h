@@ -19,9 +19,10 @@ struct Announcement {
   Camera viewport;    ///< the camera of the picture; world = scene coordinates, metres
   std::string scene;  ///< name for open_scene(); empty: only the viewport is announced, and scene,
                       ///< lights, exposure and ambient are composite's own
-  int scene_version =
-      0;  ///< of a file: how often it has been written anew and read again under this
-          ///< name; another one is another scene
+  /// Of a file: how often it has been written anew and read again under this name; another one is
+  /// another scene.
+  int scene_version = 0;
+  std::string nodes;          ///< how its nodes differ from the file's, for parse_node_changes()
   std::vector<Light> lights;  ///< the lights as they are in this frame
   float exposure = 1.0f;      ///< as in Scene
   Vec3f ambient{0.0f};        ///< mean indirect irradiance over the scene's surfaces

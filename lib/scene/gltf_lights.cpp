@@ -85,6 +85,7 @@ void take_cone(const PunctualLight& in, const std::string& path, Light& light) {
 Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const std::string& path) {
   Light light;
   light.name = !in.name.empty() ? in.name : in.light->name;
+  light.node = in.node;
   Vec3 colour(1.0);
   if (in.light->color.size() >= 3)
     colour = Vec3(in.light->color[0], in.light->color[1], in.light->color[2]);
@@ -159,6 +160,7 @@ void split_emitters(Scene& scene) {
     for (std::size_t i = 0; i < count; ++i) {
       parts[i].material = mesh.material;
       parts[i].copies = count * mesh.copies;
+      parts[i].node = mesh.node;
       parts[i].name = i ? fmt::format("{}.{}", mesh.name, i) : mesh.name;
     }
     mesh = std::move(parts[0]);
@@ -182,6 +184,7 @@ void find_area_lights(Scene& scene) {
     light.v = 0.5f * b;
     light.radiance = emission;
     light.mesh = static_cast<int>(m);
+    light.node = mesh.node;
     scene.lights.push_back(std::move(light));
   }
 }

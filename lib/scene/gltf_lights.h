@@ -17,6 +17,7 @@ struct PunctualLight {
   Mat4 to_world;  ///< from the node's coordinates
   std::string name;
   const tinygltf::Value* node_extras;  ///< null: none
+  int node = -1;                       ///< as Light::node
 };
 
 /// One light of the scene:

@@ -74,10 +74,10 @@ class Loader {
         throw broken_scene(path_, "names a default scene that does not exist.");
       roots_ = model_.scenes[wanted].nodes;
     }
-    for (const int root : roots_) add_node(root, Mat4(1.0), 0);
+    for (const int root : roots_) add_node(root, Mat4(1.0), -1, 0);
   }
 
-  void add_node(int index, const Mat4& parent, int depth) {
+  void add_node(int index, const Mat4& parent_to_world, int parent, int depth) {
     if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) {
       throw broken_scene(path_, fmt::format("refers to node {}, which does not exist.", index));
     }
@@ -85,19 +85,21 @@ class Loader {
       throw broken_scene(path_, "has nodes that contain one another.");
     const tinygltf::Node& node = model_.nodes[index];
     if (is_invisible(node)) return;
-    const Mat4 to_world = parent * local_transform(source_, node);
+    const Mat4 to_world = parent_to_world * local_transform(source_, node);
+    const int number = static_cast<int>(scene_.nodes.size());
+    scene_.nodes.push_back({node.name, parent, Vec3f(Vec3(to_world[3]))});
     if (node.mesh >= 0) add_mesh(node, to_world);
     if (node.camera >= 0) add_camera(node, to_world);
     if (const auto light = node.extensions.find("KHR_lights_punctual");
         light != node.extensions.end() && light->second.Has("light")) {
-      const int number = light->second.Get("light").GetNumberAsInt();
-      if (number < 0 || static_cast<std::size_t>(number) >= model_.lights.size()) {
+      const int which = light->second.Get("light").GetNumberAsInt();
+      if (which < 0 || static_cast<std::size_t>(which) >= model_.lights.size()) {
         throw broken_scene(
             path_, fmt::format("has a node '{}' with a light that does not exist.", node.name));
       }
-      add_light(model_.lights[number], node, to_world);
+      add_light(model_.lights[which], node, to_world);
     }
-    for (const int child : node.children) add_node(child, to_world, depth + 1);
+    for (const int child : node.children) add_node(child, to_world, number, depth + 1);
   }
 
   /// With all that hangs on it.
@@ -110,7 +112,8 @@ class Loader {
 
   void add_light(const tinygltf::Light& light, const tinygltf::Node& node, const Mat4& to_world) {
     if (light.type == "point" || light.type == "spot" || light.type == "directional")
-      lights_.push_back({&light, to_world, node.name, &node.extras});
+      lights_.push_back(
+          {&light, to_world, node.name, &node.extras, static_cast<int>(scene_.nodes.size()) - 1});
     else
       left_out_.insert("lights of other types than point, spot and directional");
   }
@@ -153,6 +156,7 @@ class Loader {
         SceneMesh instance = i + 1 < instances.size() ? out : std::move(out);
         place(to_world * instances[i], instance);
         check_finite(instance);
+        instance.node = static_cast<int>(scene_.nodes.size()) - 1;
         scene_.meshes.push_back(std::move(instance));
       }
     }

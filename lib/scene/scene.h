@@ -39,6 +39,13 @@ struct Material {
   bool only_mirrors() const { return is_mirror() && metallic >= 1.0f && emission == Vec3f(0.0f); }
 };
 
+/// A node of the file: what hangs on it moves with it.
+struct SceneNode {
+  std::string name;
+  int parent = -1;     ///< in Scene::nodes, before this one; -1: none
+  Vec3f origin{0.0f};  ///< its own, in world coordinates
+};
+
 /// One triangle mesh with one material, in world coordinates.
 struct SceneMesh {
   std::string name;
@@ -49,6 +56,7 @@ struct SceneMesh {
   std::vector<std::uint32_t> triangles;
   /// How many of it the file has at its node: instances, times pieces that an emitter was cut into.
   std::size_t copies = 1;
+  int node = -1;  ///< in Scene::nodes; -1: not known
 };
 
 /// A light. Area lights are parallelograms centre +- u +- v that shine to the side of cross(u, v)
@@ -64,6 +72,7 @@ struct Light {
   int mesh = -1;  ///< the mesh of the scene that shows the light, -1: not to be seen
   /// A spot's: radians from cross(u, v) up to which it shines fully, and from which not at all.
   float inner_cone = 0.0f, outer_cone = 0.0f;  ///< 0: it is none
+  int node = -1;  ///< of the scene's file, in Scene::nodes; -1: not known
   bool is_area() const { return glm::dot(glm::cross(u, v), glm::cross(u, v)) > 0.0f; }
   bool is_spot() const { return outer_cone > 0.0f && is_area(); }
   bool operator==(const Light&) const = default;
@@ -83,6 +92,7 @@ struct Scene {
   std::string name;  ///< the file's path, or "builtin:room"
   std::vector<Material> materials;
   std::vector<Picture> textures;  ///< RGBA, sRGB
+  std::vector<SceneNode> nodes;   ///< those of the file that are visible
   std::vector<SceneMesh> meshes;
   std::vector<Light> lights;
   Vec3f sky{0.0f};  ///< radiance from where nothing is, below the horizon too

@@ -4,13 +4,20 @@
 
 #include "base/error.h"
 #include "plugins/composite/frame.h"
-#include "scene/light_changes.h"
+#include "scene/scene_changes.h"
 
 namespace polyhull::element {
+namespace {
+
+SceneFile scene_of(const Announcement& announcement) {
+  return {announcement.scene, announcement.scene_version, announcement.nodes};
+}
+
+}  // namespace
 
 /// What the background announces, read already.
 OpenScenes::Open FrameComposer::announced_scene() {
-  return scenes_.now({announcement_->scene, announcement_->scene_version});
+  return scenes_.now(scene_of(*announcement_));
 }
 
 /// That of the properties. Where another one comes while playing, the last one stays until it is loaded,
@@ -36,8 +43,7 @@ const OpenScenes::Open& FrameComposer::own_scene(const CompositeSettings& settin
 }
 
 void FrameComposer::announce(std::optional<Announcement> announcement) {
-  if (announcement && !announcement->scene.empty())
-    scenes_.now({announcement->scene, announcement->scene_version});
+  if (announcement && !announcement->scene.empty()) scenes_.now(scene_of(*announcement));
   announcement_ = std::move(announcement);
 }
 

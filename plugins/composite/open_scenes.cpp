@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "builtin/room.h"
+#include "scene/scene_changes.h"
 
 namespace polyhull::element {
 namespace {
@@ -19,6 +20,7 @@ std::filesystem::file_time_type written(const SceneFile& file) {
 
 OpenScenes::Open opened(const SceneFile& file, bool rays) {
   Scene scene = open_scene(file.name);
+  change_nodes(parse_node_changes(file.nodes), scene);
   if (!rays) return {file, std::make_shared<const Scene>(std::move(scene)), nullptr};
   const auto traced = std::make_shared<const TracedScene>(std::move(scene));
   return {file, {traced, &traced->scene()}, traced};

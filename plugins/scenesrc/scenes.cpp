@@ -10,6 +10,7 @@
 #include "base/thread_pool.h"
 #include "builtin/room.h"
 #include "scene/assumed_light.h"
+#include "scene/scene_changes.h"
 
 namespace polyhull::element {
 namespace {
@@ -25,6 +26,7 @@ std::unique_ptr<OpenedScene> opened(const SceneFile& file, const SceneSettings& 
       settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
                            : std::filesystem::path();
   Scene scene = open_scene(file.name, folder);
+  out->nodes_missing = change_nodes(parse_node_changes(file.nodes), scene);
   out->assumed = scene.lights.empty();
   if (out->assumed) assume_light(scene);
   out->lights = scene.lights;
@@ -57,10 +59,16 @@ std::unique_ptr<OpenedScene> opened_and_lit(const SceneFile& file, const SceneSe
 
 }  // namespace
 
+SceneFile Scenes::file_of(const SceneSettings& settings) {
+  SceneFile file = versions_.of(settings.scene);
+  file.nodes = settings.nodes;
+  return file;
+}
+
 void Scenes::open(const SceneSettings& settings) {
   close();
   choice_ = settings.scene_choice;
-  shown_ = opened(versions_.of(settings.scene), settings);
+  shown_ = opened(file_of(settings), settings);
 }
 
 void Scenes::close() {
@@ -104,7 +112,7 @@ bool Scenes::make_ready(const SceneSettings& settings, const SceneWish& wish) {
 bool Scenes::follow(const SceneSettings& settings, const SceneWish& wish) {
   if (settings.scene_choice != choice_) {
     choice_ = settings.scene_choice;
-    wanted_ = versions_.of(settings.scene);
+    wanted_ = file_of(settings);
   }
   if (wanted_ && *wanted_ == shown_->file) wanted_.reset();
   if (!wanted_) return false;

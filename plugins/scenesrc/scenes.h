@@ -24,7 +24,8 @@ struct OpenedScene {
   std::vector<Light> lights;  ///< as in the scene's file
   float exposure = 1.0f;      ///< as in the scene's file
   Bounds bounds;
-  bool assumed = false;  ///< these two, and a sky: the file has no light
+  bool assumed = false;       ///< these two, and a sky: the file has no light
+  std::string nodes_missing;  ///< what is to be said of nodes that are not there; empty: nothing
   bool said_clipped = false;
   /// ms that its light took beside the frames before; no longer there once a frame has told of it.
   std::optional<double> light_ms;
@@ -62,6 +63,7 @@ class Scenes {
   bool follow(const SceneSettings& settings, const SceneWish& wish);
 
  private:
+  SceneFile file_of(const SceneSettings& settings);
   bool make_ready(const SceneSettings& settings, const SceneWish& wish);
 
   SceneVersions versions_;

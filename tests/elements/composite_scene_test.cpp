@@ -31,6 +31,7 @@ struct Folder {
 struct Announced : Bench {
   int number = 0;
   std::vector<Light> lights = synthetic::small_room(true).lights;
+  std::string nodes;
   Announced() {
     wait_for_all();
     gst_util_set_object_arg(G_OBJECT(element), "backend", "processor");
@@ -43,6 +44,7 @@ struct Announced : Bench {
     announcement.scene = scene;
     announcement.scene_version = version;
     announcement.lights = lights;
+    announcement.nodes = nodes;
     gst_harness_push_event(
         background, gst_event_new_custom(
                         GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
@@ -234,6 +236,36 @@ GST_START_TEST(lamps_are_where_they_are_announced) {
 }
 GST_END_TEST;
 
+// A door that closes hides the subject and takes its shadow: as in a file in which it is closed.
+GST_START_TEST(nodes_are_where_they_are_announced) {
+  const Folder folder;
+  const auto save_with_door = [&](const std::string& name, float x) {
+    Scene scene = synthetic::small_room(true);
+    SceneMesh door;
+    door.name = "door";
+    door.material = 1;
+    door.positions = {{x, 0, 1.5f}, {x + 1, 0, 1.5f}, {x + 1, 2, 1.5f}, {x, 2, 1.5f}};
+    door.normals.assign(4, Vec3f(0, 0, 1));
+    door.triangles = {0, 1, 2, 0, 2, 3};
+    scene.meshes.push_back(door);
+    save_scene(scene, folder.scene(name));
+    return folder.scene(name);
+  };
+  const std::string open = save_with_door("open.glb", 1.5f);
+  const auto of_open = alone(open), of_closed = alone(save_with_door("closed.glb", -0.5f));
+  fail_unless(of_open != of_closed);
+  Announced bench;
+  fail_unless(bench.show(open) == of_open);
+  bench.nodes = "door move=-2,0,0";
+  fail_unless(bench.show(open) == of_closed);
+  bench.nodes.clear();
+  fail_unless(bench.show(open) == of_open);
+  bench.nodes = "door move=-2";
+  fail_unless(bench.show(open) == of_open);
+  fail_unless_equals_uint64(bench.count("announcements-unusable"), 1);
+}
+GST_END_TEST;
+
 // The property's scene: not live it is there with the next frame, live the last one goes on until then.
 GST_START_TEST(the_propertys_scene_changes) {
   const Folder folder;
@@ -286,6 +318,7 @@ static Suite* composite_scene_suite(void) {
   tcase_add_test(tcase, what_is_asked_for_is_loaded_beside);
   tcase_add_test(tcase, a_file_written_anew_is_read_again);
   tcase_add_test(tcase, lamps_are_where_they_are_announced);
+  tcase_add_test(tcase, nodes_are_where_they_are_announced);
   tcase_add_test(tcase, the_propertys_scene_changes);
   suite_add_tcase(suite, tcase);
   return suite;

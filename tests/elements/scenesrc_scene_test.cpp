@@ -21,14 +21,14 @@ namespace {
 
 std::filesystem::path folder;
 
-/// A box of the size \p size on a floor under a lamp \p lamp wide, as the file \p name.
-std::string scene_file(const std::string& name, float size, float lamp = 1.0f) {
+/// A box of the size \p size at \p x on a floor under a lamp \p lamp wide, as the file \p name.
+std::string scene_file(const std::string& name, float size, float lamp = 1.0f, float x = 0.0f) {
   const std::string path = (folder / name).string();
   Scene scene;
   scene.materials.resize(2);
   scene.materials[1].emission = Vec3f(8.0f / lamp);
   scene.meshes = {parallelogram("floor", 0, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2}),
-                  box("box", 0, {-size, 0, -size}, {size, 2 * size, size}),
+                  box("box", 0, {x - size, 0, -size}, {x + size, 2 * size, size}),
                   parallelogram("lamp", 1, {-lamp / 2, 2, -lamp / 2}, {lamp, 0, 0}, {0, 0, lamp})};
   scene.exposure = 0.7f;
   save_scene(scene, path);
@@ -43,7 +43,9 @@ struct Shown {
   std::vector<std::string> frames;
   std::vector<Announcement> announced;  // with each frame
   std::vector<std::string> said;        // warnings
-  GMutex mutex;                         // protects these three
+  std::vector<std::string> asked;       // scenes, of what follows
+  std::size_t unready = 0;              // how many of these questions are answered by no
+  GMutex mutex;                         // protects these
   GCond cond;
 
   explicit Shown(const std::string& properties, std::function<void(Shown&, std::size_t)> then = {})
@@ -59,6 +61,7 @@ struct Shown {
     GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
     GstPad* pad = gst_element_get_static_pad(sink, "sink");
     gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, take, this, nullptr);
+    gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM, ask, this, nullptr);
     gst_object_unref(pad);
     gst_object_unref(sink);
     GstBus* bus = gst_element_get_bus(pipeline);
@@ -96,6 +99,20 @@ struct Shown {
   }
   guint64 count(const char* name) const { return statistic(source, name); }
   void wait_for_end() { check_ended(test::wait_for_end(pipeline)); }
+  /// Notes which scenes what follows is asked for, which it never has ready at first.
+  static GstPadProbeReturn ask(GstPad*, GstPadProbeInfo* probe, gpointer data) {
+    Shown& self = *static_cast<Shown*>(data);
+    GstQuery* query = GST_PAD_PROBE_INFO_QUERY(probe);
+    const GstStructure* asked = gst_query_get_structure(query);
+    if (asked == nullptr || !gst_structure_has_name(asked, "polyhull-scene"))
+      return GST_PAD_PROBE_OK;
+    g_mutex_lock(&self.mutex);
+    self.asked.emplace_back(gst_structure_get_string(asked, "scene"));
+    const gboolean ready = self.asked.size() > self.unready ? TRUE : FALSE;
+    g_mutex_unlock(&self.mutex);
+    gst_structure_set(gst_query_writable_structure(query), "ready", G_TYPE_BOOLEAN, ready, nullptr);
+    return GST_PAD_PROBE_HANDLED;
+  }
   static GstBusSyncReply hear(GstBus*, GstMessage* message, gpointer data) {
     Shown& self = *static_cast<Shown*>(data);
     if (GST_MESSAGE_TYPE(message) != GST_MESSAGE_WARNING) return GST_BUS_PASS;
@@ -178,6 +195,31 @@ GST_START_TEST(a_live_picture_goes_on_meanwhile) {
     fail_unless(shown.announced[i].scene == (is_b ? b : a), "frame %zu", i);
   }
   fail_unless_equals_uint64(shown.count("light-fills"), 2);
+}
+GST_END_TEST;
+
+// Live, the scene comes with the frame at which what follows has it, too, however early it is lit, and is
+// asked for by the name that is announced. The path may be relative.
+GST_START_TEST(what_follows_is_waited_for) {
+  const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f);
+  constexpr std::size_t unready = 60;
+  Shown shown("is-live=true refinement=never progressive=false scene=" + a,
+              [&](Shown& self, std::size_t number) {
+                if (number != 0) return;
+                self.unready = unready;
+                self.set("scene", std::filesystem::relative(b).string());
+              });
+  const gint64 end = g_get_monotonic_time() + 30 * G_TIME_SPAN_SECOND;
+  g_mutex_lock(&shown.mutex);
+  while (shown.announced.empty() || shown.announced.back().scene != b)
+    fail_unless(g_cond_wait_until(&shown.cond, &shown.mutex, end), "the scene came not");
+  std::size_t at = 0;
+  while (shown.announced[at].scene != b) ++at;
+  // With each frame but the one before it was set.
+  fail_unless_equals_int(at, shown.asked.size());
+  fail_unless(at > unready);
+  for (const std::string& asked : shown.asked) fail_unless_equals_string(asked.c_str(), b.c_str());
+  g_mutex_unlock(&shown.mutex);
 }
 GST_END_TEST;
 
@@ -283,6 +325,33 @@ GST_START_TEST(lights_change_from_outside) {
 }
 GST_END_TEST;
 
+// A node that is moved gives the picture of a file that has it there, announced with it; the pose before
+// is there at once.
+GST_START_TEST(nodes_move_and_vanish) {
+  const std::string a = scene_file("a.glb", 0.2f), moved = scene_file("m.glb", 0.2f, 1.0f, 0.4f);
+  const std::string of_a = picture_of(a);
+  Shown shown("num-buffers=10 scene=" + a, [&](Shown& self, std::size_t number) {
+    if (number == 1) self.set("nodes", "box move=0.4,0,0");
+    if (number == 3) self.set("nodes", "");
+    if (number == 5) self.set("nodes", "box visible=no; door turn=0,90,0");
+  });
+  shown.wait_for_end();
+  fail_unless(shown.frames.at(1) == of_a && shown.frames.at(4) == of_a);
+  const std::string of_moved = picture_of(moved);
+  fail_unless(difference(of_a, of_moved) > 8);
+  fail_unless(difference(shown.frames.at(2), of_moved) <= 2);
+  fail_unless_equals_string(shown.announced[2].nodes.c_str(), "box move=0.4,0,0");
+  fail_unless_equals_string(shown.announced[4].nodes.c_str(), "");
+  fail_unless(difference(shown.frames.at(6), of_a) > 8 &&
+              difference(shown.frames.at(6), of_moved) > 8);
+  fail_unless_equals_uint64(shown.count("light-fills"), 3);
+  fail_unless_equals_int(shown.said.size(), 1);
+  fail_unless(
+      shown.said[0].find("no node 'door'; it has 'floor', 'box', 'lamp'") != std::string::npos,
+      "%s", shown.said[0].c_str());
+}
+GST_END_TEST;
+
 // What is no light change is refused, and lights that are not there are said, with those that are.
 GST_START_TEST(lights_that_are_not_there_are_said) {
   const std::string a = scene_file("a.glb", 0.2f), of_a = picture_of(a);
@@ -317,10 +386,12 @@ static Suite* scenesrc_scene_suite() {
   std::filesystem::create_directories(folder);
   tcase_add_test(tests, the_next_frame_shows_the_next_scene);
   tcase_add_test(tests, a_live_picture_goes_on_meanwhile);
+  tcase_add_test(tests, what_follows_is_waited_for);
   tcase_add_test(tests, what_cannot_be_loaded_is_said);
   tcase_add_test(tests, a_file_written_anew_is_read_again);
   tcase_add_test(tests, wishes_may_change_meanwhile);
   tcase_add_test(tests, lights_change_from_outside);
+  tcase_add_test(tests, nodes_move_and_vanish);
   tcase_add_test(tests, lights_that_are_not_there_are_said);
   return suite;
 }

@@ -5,16 +5,19 @@
 
 #include <system_error>
 
+#include "base/thread_pool.h"
+
 namespace polyhull::element {
 namespace {
 
 constexpr const char* query_name = "polyhull-scene";
-constexpr int niceness = 10;  // of 19: a third of the time beside one busy thread
+constexpr int niceness = 5;  // of 19: a quarter of the time beside one busy thread
 
 }  // namespace
 
-SceneFile SceneVersions::of(const std::string& name) {
-  if (name.empty()) return {"builtin:room", 0};
+SceneFile SceneVersions::of(const std::string& path) {
+  if (path.empty() || path == "builtin:room") return {"builtin:room"};
+  const std::string name = std::filesystem::absolute(path).lexically_normal().string();
   std::error_code gone;
   const auto written = std::filesystem::last_write_time(name, gone);
   const auto found = seen_.find(name);
@@ -31,12 +34,17 @@ void give_way() {
 bool followers_ready(GstPad* pad, const SceneFile& file) {
   GstQuery* query = gst_query_new_custom(
       GST_QUERY_CUSTOM, gst_structure_new(query_name, "scene", G_TYPE_STRING, file.name.c_str(),
-                                          "version", G_TYPE_INT, file.version, nullptr));
+                                          "version", G_TYPE_INT, file.version, "nodes",
+                                          G_TYPE_STRING, file.nodes.c_str(), nullptr));
   gboolean ready = TRUE;
   if (gst_pad_peer_query(pad, query))
     gst_structure_get_boolean(gst_query_get_structure(query), "ready", &ready);
   gst_query_unref(query);
   return ready != FALSE;
+}
+
+void start_pool() {
+  parallel_for(2, 1, 0, [](std::size_t, std::size_t) {});
 }
 
 bool is_scene_query(GstQuery* query) {
@@ -50,6 +58,7 @@ SceneFile scene_of(GstQuery* query) {
   const GstStructure* asked = gst_query_get_structure(query);
   SceneFile file{gst_structure_get_string(asked, "scene"), 0};
   gst_structure_get_int(asked, "version", &file.version);
+  if (const gchar* nodes = gst_structure_get_string(asked, "nodes")) file.nodes = nodes;
   return file;
 }
 

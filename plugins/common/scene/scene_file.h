@@ -5,7 +5,7 @@
 ///
 /// A scene that comes while playing would hold up the frame in which composite reads its file. So
 /// scenesrc, once it begins to load it, asks downstream with each frame by the custom query
-/// "polyhull-scene" (fields `scene`, a string, and `version`, an int), upon which composite loads it,
+/// "polyhull-scene" (fields `scene`, a string, `version`, an int, and `nodes`, a string), upon which composite loads it,
 /// too; the answer is the field `ready`, a boolean. Where nobody answers nobody needs it.
 #pragma once
 
@@ -20,18 +20,20 @@
 
 namespace polyhull::element {
 
-/// As Announcement::scene and Announcement::scene_version.
+/// As Announcement::scene, Announcement::scene_version and Announcement::nodes.
 struct SceneFile {
   std::string name;
   int version = 0;
+  std::string nodes = {};
   bool operator==(const SceneFile&) const = default;
 };
 
 /// Tells files that were written anew from those that were not. For one thread.
 class SceneVersions {
  public:
-  /// The file \p name as it is now; empty: the built-in room. One that is gone counts as unchanged.
-  SceneFile of(const std::string& name);
+  /// The file at \p path as it is now, named by its absolute path as load_scene() does; empty: the
+  /// built-in room. One that is gone counts as unchanged.
+  SceneFile of(const std::string& path);
 
  private:
   struct Seen {
@@ -43,10 +45,13 @@ class SceneVersions {
 
 /// Lets the calling thread give way to those that make pictures.
 void give_way();
+/// Starts the process's pool of threads, if it is not, which would else give way as its maker does.
+void start_pool();
 
 /// Does \p work on a thread of its own that gives way.
 template <class Work>
 auto start_beside(Work work) {
+  start_pool();
   return std::async(std::launch::async, [work = std::move(work)] {
     give_way();
     return work();

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// How a scene's lights are to differ from what its file says, as people write it:
+/// How a scene's lights and nodes are to differ from what its file says, as people write it:
 ///
 ///     lamp intensity=0.5; "key light" colour=1,0.8,0.6 move=0,-0.2,0; 3 turn=0,90,0 size=2; * intensity=0.1
+///     door turn=0,-80,0; "old vase" visible=no
 ///
-/// Entries end with a semicolon. Each names its lights (all of that name, one by its number from 1 on,
-/// or * for all; a name with spaces or semicolons in quotes) and says what changes:
+/// Entries end with a semicolon. Each names lights (all of that name, one by its number from 1 on,
+/// or * for all) or nodes (all of that name), a name with spaces or semicolons in quotes, and says what
+/// changes. Of lights:
 /// - `intensity`: factor on the brightness, 0 to 1e6;
 /// - `colour`: red, green and blue (linear, 0 to 1e6) in the place of the light's own, as bright as its
 ///   strongest channel where the largest of them is 1;
 /// - `move`: metres along x, y and z; of a sun nothing changes;
 /// - `turn`: degrees about x, then y, then z, through the light's centre; a sun goes around the scene;
 /// - `size`: factor on width and height, 0.001 to 1000, the power staying the same.
-/// Of entries for the same light all hold, the later ones after the earlier ones.
+/// Of nodes, with all that hangs on them, children and lights:
+/// - `move`, `turn`, `scale`: likewise along the scene's axes, through the node's own origin, from where
+///   the file has it; what a node above it does comes on top;
+/// - `visible`: yes or no; what is not neither shines.
+/// Of entries for the same light or node all hold, the later ones after the earlier ones.
 #pragma once
 
 #include <optional>
@@ -34,13 +40,29 @@ struct LightChange {
   float size = 1.0f;
 };
 
-/// Throws Error (bad_input) that says which part of \p text is not understood.
+/// Throws Error (bad_input) that says which part of \p text is not understood; it may have 4096 bytes.
 std::vector<LightChange> parse_light_changes(std::string_view text);
 
 /// Changes \p lights, those of a scene within \p bounds. Returns which of the lights that are named are
 /// not there, and which are, in a sentence that begins with \p scene; empty: all are there.
 std::string change_lights(const std::vector<LightChange>& changes, const Bounds& bounds,
                           const std::string& scene, std::vector<Light>& lights);
+
+struct NodeChange {
+  std::string node;
+  Vec3f move{0.0f};
+  Vec3f turn{0.0f};
+  float scale = 1.0f;
+  bool visible = true;
+};
+
+/// Throws Error (bad_input) that says which part of \p text is not understood.
+std::vector<NodeChange> parse_node_changes(std::string_view text);
+
+/// Changes \p scene, as its file gave it; in one that has no nodes each mesh is a node with its name
+/// and the scene's origin. Lights stay as many as they are. Returns which nodes are named that are not
+/// there, as change_lights(). Throws Error where nothing is left to be seen.
+std::string change_nodes(const std::vector<NodeChange>& changes, Scene& scene);
 
 /// Whether a mesh of \p scene that shows a light is elsewhere than that light of \p lights; lights beyond
 /// the scene's own, or of other meshes, do not count.

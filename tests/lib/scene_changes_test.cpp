@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What people ask of a scene's lights.
-#include "scene/light_changes.h"
+// What people ask of a scene's lights and nodes.
+#include "scene/scene_changes.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "builtin/shapes.h"
 #include "scene/assumed_light.h"
+#include "scene_file.h"
 
 namespace polyhull {
 namespace {
@@ -172,6 +173,97 @@ TEST(LightChangesTest, LampsFollow) {
   lights.resize(9);
   EXPECT_TRUE(lamps_differ(scene, lights));
   EXPECT_FALSE(lamps_differ(scene, {}));
+}
+
+/// A frame, and on it a door with a lamp behind another lamp's mesh; nothing else moves.
+Scene with_door() {
+  Scene scene = lit_scene();
+  scene.nodes = {{"house", -1, {0, 0, 0}}, {"frame", 0, {1, 0, 0}}, {"door", 1, {2, 0, 0}}};
+  scene.meshes[0].node = 0;
+  scene.meshes.insert(scene.meshes.begin(),
+                      parallelogram("leaf", 0, {2, 0, 0}, {1, 0, 0}, {0, 2, 0}));
+  scene.meshes[0].node = 2;
+  scene.meshes[2].node = 0;
+  scene.lights[0].mesh = 2;
+  scene.lights[0].node = 0;
+  scene.lights[2].node = 2;  // the spot, at 0,3,0
+  return scene;
+}
+
+Scene with(const std::string& changes, std::string* said = nullptr) {
+  Scene scene = with_door();
+  scene.name = "house.glb";
+  const std::string missing = change_nodes(parse_node_changes(changes), scene);
+  if (said)
+    *said = missing;
+  else
+    EXPECT_EQ(missing, "") << changes;
+  return scene;
+}
+
+void expect_near(const Vec3f& a, const Vec3f& b) {
+  EXPECT_LT(glm::length(a - b), 1e-5f) << a.x << ' ' << a.y << ' ' << a.z;
+}
+
+TEST(NodeChangesTest, ADoorTurnsInItsHinge) {
+  const Scene scene = with("door turn=0,90,0");
+  expect_near(scene.meshes[0].positions[0], {2, 0, 0});
+  expect_near(scene.meshes[0].positions[1], {2, 0, -1});
+  expect_near(scene.meshes[0].normals[0], {1, 0, 0});
+  EXPECT_EQ(scene.meshes[1].positions, with_door().meshes[1].positions);
+  // What hangs on it goes with it: from 2 m left of the hinge to 2 m before it.
+  expect_near(scene.lights[2].centre, {2, 3, 2});
+  expect_near(scene.lights[2].u, {0, 0, -0.1f});
+  EXPECT_EQ(scene.lights[0], with_door().lights[0]);
+}
+
+TEST(NodeChangesTest, WhatIsAboveComesOnTop) {
+  const Scene scene = with("door move=1,0,0; frame turn=0,90,0 move=0,0,5; door scale=2");
+  // The door's corner: 2,0,0, scaled there, then 1 to the right; turned about 1,0,0 and moved.
+  expect_near(scene.meshes[0].positions[0], {1, 0, 3});
+  expect_near(scene.meshes[0].positions[1], {1, 0, 1});
+  EXPECT_NEAR(glm::length(scene.meshes[0].normals[0]), 1.0f, 1e-5f);
+}
+
+TEST(NodeChangesTest, WhatIsHiddenIsGone) {
+  Scene scene = with("door visible=no");
+  EXPECT_EQ(scene.meshes.size(), 2u);
+  EXPECT_EQ(scene.lights.size(), 3u) << "numbers stay";
+  EXPECT_EQ(scene.lights[2].radiance, Vec3f(0.0f));
+  EXPECT_EQ(scene.meshes[static_cast<std::size_t>(scene.lights[0].mesh)].name, "lamp");
+  EXPECT_EQ(with("frame visible=no").meshes.size(), 2u) << "with all below";
+  EXPECT_EQ(with("frame visible=no; door visible=yes").meshes.size(), 2u);
+  EXPECT_THROW(with("house visible=no"), Error);
+}
+
+TEST(NodeChangesTest, NamesAndWords) {
+  std::string said;
+  with("gate visible=no; door move=0,0,0", &said);
+  EXPECT_EQ(said, "The scene 'house.glb' has no node 'gate'; it has 'house', 'frame', 'door'.");
+  for (const char* text : {"door visible=maybe", "door open=1", "door scale=0", "door move=1"})
+    EXPECT_THROW(parse_node_changes(text), Error) << text;
+  // In a scene without nodes each mesh is one.
+  Scene plain = lit_scene();
+  EXPECT_EQ(change_nodes(parse_node_changes("lamp move=0,0.5,0"), plain), "");
+  expect_near(plain.lights[0].centre, {0, 2.5f, 0});
+  EXPECT_FLOAT_EQ(plain.meshes[1].positions[0].y, 2.5f);
+}
+
+using NodeFileTest = SceneFile;
+
+TEST_F(NodeFileTest, NodesAreThoseOfTheFile) {
+  json file = triangle_file();
+  file["nodes"] = json::array({{{"name", "hinge"}, {"translation", {2, 0, 0}}, {"children", {1}}},
+                               {{"mesh", 0}, {"name", "thing"}, {"translation", {1, 0, 0}}}});
+  const Scene scene = load_scene(write(file));
+  ASSERT_EQ(scene.nodes.size(), 2u);
+  EXPECT_EQ(scene.nodes[0].name, "hinge");
+  EXPECT_EQ(scene.nodes[1].parent, 0);
+  expect_near(scene.nodes[1].origin, {3, 0, 0});
+  EXPECT_EQ(scene.meshes[0].node, 1);
+  Scene turned = scene;
+  change_nodes(parse_node_changes("hinge turn=0,90,0"), turned);
+  expect_near(turned.meshes[0].positions[0], {2, 0, -1});
 }
 
 }  // namespace
