@@ -98,6 +98,21 @@ PlacedSubject place(const RenderSubject& subject) {
   return out;
 }
 
+/// Has the plan's clip space reach as far as \p everything is from its eye and from the eye's images in its
+/// mirrors, in steps, so that depths that are kept stay true while subjects move.
+void set_clip(const RenderFrame& frame, const Camera& viewport, const Bounds& everything,
+              RenderPlan& plan) {
+  double far = 1.0;
+  const auto reach_from = [&](const Vec3& eye) {
+    for (const Vec3& corner : corners(everything))
+      far = std::max(far, 1.05 * glm::distance(eye, corner));
+  };
+  reach_from(plan.eye);
+  for (const SeenMirror& mirror : plan.mirrors) reach_from(mirror.eye);
+  far = std::exp2(std::ceil(std::log2(far)));
+  plan.clip_from_scene = clip_from_camera(viewport, near_plane, far) * view_matrix(frame.viewport);
+}
+
 /// Finds the mirrors in which subjects are seen.
 void plan_mirrors(const RenderFrame& frame, const RenderSettings& settings, const Camera& viewport,
                   RenderPlan& plan) {
@@ -108,7 +123,7 @@ void plan_mirrors(const RenderFrame& frame, const RenderSettings& settings, cons
   plan.mirrors = find_seen_mirrors(search);
   std::set<std::size_t> seen;
   for (const SeenMirror& mirror : plan.mirrors)
-    if (mirror.sight > 0) seen.insert(mirror.way.front());
+    if (mirror.sight > 0) seen.insert(mirror.way.begin(), mirror.way.end());
   plan.mirrors_skipped = frame.scene->mirrors.size() - seen.size();
 }
 
@@ -135,13 +150,13 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
                   const Bounds& everything, RenderPlan& plan) {
   const bool mirrored = settings.mirror == MirrorMode::fresnel;
   const Rectangle whole{0, 0, frame.width, frame.height};
-  double places = 0.0;  // of all lights' grids
+  double places = 0.0, mirrored_places = 0.0;  // of all lights' grids
   for (ShadowLight& light :
        find_shadow_lights(frame.lights, frame.exposure, people, !settings.skip)) {
+    const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
+    const double grid = static_cast<double>(frame.width) * frame.height / (step * step);
     if (!light.idle) {
-      const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
-      places += static_cast<double>(frame.width) * frame.height / (step * step) *
-                static_cast<double>(std::max<std::size_t>(plan.mirrors.size(), 1));
+      places += grid;
       if (!plan.blocked_lights.empty() && places > most_shadow_places) continue;
       plan.blocked_lights.push_back(light.light);
     }
@@ -155,6 +170,7 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
         part =
             intersection(mirror.seen, screen_rectangle(volume, plan.clip_from_scene * mirror.turned,
                                                        frame.width, frame.height));
+      if (!part.empty() && (mirrored_places += grid) > most_shadow_places) part = {};
       if (!settings.skip && !part.empty()) part = whole;
       seen = seen || !part.empty();
     }
@@ -194,13 +210,8 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                  ? own
                  : Bounds{glm::min(people.min, own.min), glm::max(people.max, own.max)};
   }
-  double far = 1.0;
-  for (const Vec3& corner : corners(everything))
-    far = std::max(far, 1.05 * glm::distance(plan.eye, corner));
-  // In steps, so that depths that are kept stay true while subjects move.
-  far = std::exp2(std::ceil(std::log2(far)));
   const Camera viewport = resized(frame.viewport, frame.width, frame.height);
-  plan.clip_from_scene = clip_from_camera(viewport, near_plane, far) * view_matrix(frame.viewport);
+  set_clip(frame, viewport, everything, plan);
   plan.pixel_size = 1.0 / std::abs(viewport.K[0][0]);
   if (plan.subjects.empty()) return plan;
 
@@ -223,6 +234,7 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   }
   if (frame.scene && !frame.scene->meshes.empty()) {
     if (settings.mirror != MirrorMode::off) plan_mirrors(frame, settings, viewport, plan);
+    set_clip(frame, viewport, everything, plan);
     if (settings.shadow != ShadowQuality::off)
       plan_shadows(frame, settings, people, everything, plan);
   }

@@ -22,7 +22,7 @@ struct Grade {
   bool neutral() const { return *this == Grade{}; }
 };
 
-/// What \p linear becomes: picture values, 1 is white; below 0 counts as 0.
+/// What \p linear becomes: picture values, 1 is white.
 Vec3f graded(const Grade& grade, const Vec3f& linear);
 
 }  // namespace polyhull

@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace polyhull {
 namespace {
+
+/// Of how many mirrors on how many ways it is asked whether they show anybody.
+constexpr std::size_t most_tried = 256;
 
 int area(const Rectangle& r) {
   return r.empty() ? 0 : r.width * r.height;
@@ -42,6 +46,7 @@ Rectangle image_in(const MirrorSearch& search, const SeenMirror& seen) {
   const Mat4 clip = search.clip_from_scene * seen.turned;
   Rectangle images;
   for (const std::span<const Vec3f> points : search.subjects) {
+    if (!frames(mirror, seen.eye, points)) continue;
     const bool in_front = std::any_of(points.begin(), points.end(), [&](const Vec3f& p) {
       return glm::dot(mirror.normal, p) > mirror.offset;
     });
@@ -77,61 +82,66 @@ std::optional<SeenMirror> see(const MirrorSearch& search, const SeenMirror* oute
   return out;
 }
 
-/// Adds to \p all the mirrors that \p outer shows, or the eye sees (null), and whose part the subjects'
-/// image overlaps, or that show such ones.
-void add(const MirrorSearch& search, const SeenMirror* outer, std::vector<SeenMirror>& all) {
+/// The mirrors that are seen by way of MirrorSearch::depth at most, each after the one that shows it; of
+/// very many those behind the fewest others.
+std::vector<SeenMirror> all_seen(const MirrorSearch& search) {
   const std::size_t known = std::min(search.scene.mirrors.size(), most_known_mirrors);
-  for (std::size_t i = 0; i < known; ++i) {
-    if (outer && outer->way.back() == i) continue;
-    const std::optional<SeenMirror> seen = see(search, outer, i);
-    if (!seen) continue;
-    const std::size_t before = all.size();
-    all.push_back(*seen);
-    if (static_cast<int>(seen->way.size()) < search.depth) add(search, &*seen, all);
-    if (seen->image.empty() && all.size() == before + 1) all.pop_back();
-  }
-}
-
-/// Whether \p seen shows \p other.
-bool shows(const SeenMirror& seen, const SeenMirror& other) {
-  return other.way.size() == seen.way.size() + 1 &&
-         std::equal(seen.way.begin(), seen.way.end(), other.way.begin());
-}
-
-/// Leaves of \p all the largest, with those that show them.
-void limit(std::vector<SeenMirror>& all) {
-  while (all.size() > most_mirrors) {
-    auto least = all.end();
-    for (auto it = all.begin(); it != all.end(); ++it) {
-      const bool needed =
-          std::any_of(all.begin(), all.end(), [&](const auto& other) { return shows(*it, other); });
-      if (!needed && (least == all.end() || area(it->image) < area(least->image))) least = it;
+  std::vector<SeenMirror> all;
+  const auto look = [&](int within) {
+    for (std::size_t i = 0; i < known && all.size() < most_tried; ++i) {
+      const SeenMirror* outer = within < 0 ? nullptr : &all[static_cast<std::size_t>(within)];
+      if (outer && outer->way.back() == i) continue;
+      std::optional<SeenMirror> seen = see(search, outer, i);
+      if (!seen) continue;
+      seen->within = within;
+      all.push_back(std::move(*seen));
     }
-    all.erase(least);
+  };
+  look(-1);
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (static_cast<int>(all[k].way.size()) < search.depth) look(static_cast<int>(k));
+  return all;
+}
+
+/// Which of \p all show the largest images, and which show these.
+std::vector<bool> chosen_of(const std::vector<SeenMirror>& all) {
+  std::vector<std::size_t> largest;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (!all[k].image.empty()) largest.push_back(k);
+  std::stable_sort(largest.begin(), largest.end(), [&](std::size_t a, std::size_t b) {
+    return area(all[a].image) > area(all[b].image);
+  });
+  std::vector<bool> chosen(all.size());
+  std::size_t count = 0;
+  for (const std::size_t k : largest) {
+    std::vector<std::size_t> missing;
+    for (int i = static_cast<int>(k); i >= 0 && !chosen[static_cast<std::size_t>(i)];
+         i = all[static_cast<std::size_t>(i)].within)
+      missing.push_back(static_cast<std::size_t>(i));
+    if (count + missing.size() > most_mirrors) continue;
+    count += missing.size();
+    for (const std::size_t i : missing) chosen[i] = true;
   }
+  return chosen;
 }
 
 }  // namespace
 
 std::vector<SeenMirror> find_seen_mirrors(const MirrorSearch& search) {
-  std::vector<SeenMirror> all;
-  add(search, nullptr, all);
-  limit(all);
+  std::vector<SeenMirror> all = all_seen(search);
+  const std::vector<bool> chosen = chosen_of(all);
+  std::vector<SeenMirror> out;
+  std::vector<int> place(all.size(), -1);
   std::size_t sights = 0;
-  for (SeenMirror& seen : all) {
-    const auto outer =
-        std::find_if(all.begin(), all.end(), [&](const auto& other) { return shows(other, seen); });
-    if (outer != all.end()) seen.within = static_cast<int>(outer - all.begin());
-    const auto framed = [&](std::span<const Vec3f> points) {
-      return frames(mirror_of(search.scene, seen), seen.eye, points);
-    };
-    if (!search.skip)
-      seen.image = {0, 0, search.width, search.height};
-    else if (std::none_of(search.subjects.begin(), search.subjects.end(), framed))
-      seen.image = {};
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (!chosen[k]) continue;
+    place[k] = static_cast<int>(out.size());
+    SeenMirror& seen = out.emplace_back(std::move(all[k]));
+    if (seen.within >= 0) seen.within = place[static_cast<std::size_t>(seen.within)];
+    if (!search.skip) seen.image = {0, 0, search.width, search.height};
     if (!seen.image.empty()) seen.sight = ++sights;
   }
-  return all;
+  return out;
 }
 
 const Mirror& mirror_of(const Scene& scene, const SeenMirror& seen) {

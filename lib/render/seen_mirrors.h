@@ -45,8 +45,9 @@ struct MirrorSearch {
   std::vector<std::span<const Vec3f>> subjects;  ///< their points, scene coordinates
 };
 
-/// The mirrors whose part of the picture overlaps the subjects' image, or that show such ones, each
-/// after the one that shows it; SeenMirror::shadow is left empty.
+/// The mirrors whose part of the picture overlaps the subjects' image, the most_mirrors largest images with
+/// those that show them, each after the one that shows it; SeenMirror::shadow is left empty. Of more than
+/// 256 mirrors that are seen, one in another, those by way of the fewest others are tried.
 std::vector<SeenMirror> find_seen_mirrors(const MirrorSearch& search);
 
 const Mirror& mirror_of(const Scene& scene, const SeenMirror& seen);

@@ -266,7 +266,7 @@ LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
   const auto put = [&](std::size_t at, const Found& found) {
     out.factors[at] = found.factor;
     out.indirect[at] = found.indirect;
-    std::copy(found.direct.begin(), found.direct.end(), &out.direct[at * lamps]);
+    std::copy(found.direct.begin(), found.direct.end(), out.direct.data() + at * lamps);
   };
   std::vector<std::array<int, 3>> missing;
   for (int z = 0; z < nz; ++z)
@@ -308,7 +308,7 @@ LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
         const Vec3f& far = out.factors[node(x, std::min(y + 2, ny - 1), z)];
         out.factors[here] = glm::clamp(2.0f * near - far, Vec3f(0.0f), Vec3f(brightest));
         out.indirect[here] = out.indirect[above];
-        std::copy_n(&out.direct[above * lamps], lamps, &out.direct[here * lamps]);
+        std::copy_n(out.direct.data() + above * lamps, lamps, out.direct.data() + here * lamps);
       }
   return out;
 }

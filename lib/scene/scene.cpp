@@ -8,7 +8,6 @@
 
 #include "base/convex_hull.h"
 #include "base/error.h"
-#include "scene/mirror_triangles.h"
 
 namespace polyhull {
 namespace {

@@ -120,6 +120,9 @@ void save_scene(const Scene& scene, const std::string& path);
 /// The planar mirrors among the scene's meshes; curved ones are left out.
 std::vector<Mirror> find_mirrors(const Scene& scene);
 
+/// In which of Scene::mirrors each triangle of mesh \p mesh lies; -1: in none.
+std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh);
+
 /// Moves and scales light \p index to \p light, and the mesh that shows it (vertices and emission)
 /// with it. Throws Error for an index that the scene does not have.
 void set_light(Scene& scene, std::size_t index, const Light& light);

@@ -45,9 +45,10 @@ bool OpenScenes::has_failed(const SceneFile& file) const {
   return failed_ && failed_->file == file && failed_->written == written(file);
 }
 
-/// What \p work gives becomes next_; throws what it throws, and remembers that.
-void OpenScenes::load(const SceneFile& file, const std::function<Open()>& work) {
-  const auto since = written(file);
+/// What \p work gives becomes next_; throws what it throws, and remembers that of the file as it was
+/// \p since.
+void OpenScenes::load(const SceneFile& file, std::filesystem::file_time_type since,
+                      const std::function<Open()>& work) {
   try {
     next_ = work();
     failed_.reset();
@@ -64,7 +65,7 @@ void OpenScenes::load(const SceneFile& file, const std::function<Open()>& work) 
 /// What was loaded beside, once that has ended: waits for it.
 void OpenScenes::collect() {
   try {
-    load(under_way_, [&] { return loading_.get(); });
+    load(under_way_, since_, [&] { return loading_.get(); });
   } catch (const Error&) {
     // Said by now(), if that is asked for it.
   }
@@ -76,7 +77,7 @@ OpenScenes::Open OpenScenes::now(const SceneFile& file) {
   if (loading_.valid() && under_way_ == file) collect();
   if (const Open* open = held(file)) return *open;
   if (has_failed(file)) throw failed_->why;
-  load(file, [&] { return opened(file, false); });
+  load(file, written(file), [&] { return opened(file, false); });
   return *held(file);
 }
 
@@ -89,7 +90,12 @@ bool OpenScenes::is_ready(const SceneFile& file) {
     return true;
   if (loading_.valid()) return false;
   under_way_ = file;
-  loading_ = start_beside([file, rays = rays_.load()] { return opened(file, rays); });
+  since_ = written(file);
+  try {
+    loading_ = start_beside([file, rays = rays_.load()] { return opened(file, rays); });
+  } catch (const std::system_error&) {
+    return true;  // without another thread it is read when it is drawn
+  }
   return false;
 }
 

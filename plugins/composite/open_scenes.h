@@ -49,7 +49,8 @@ class OpenScenes {
   };
   const Open* held(const SceneFile& file);
   bool has_failed(const SceneFile& file) const;
-  void load(const SceneFile& file, const std::function<Open()>& work);
+  void load(const SceneFile& file, std::filesystem::file_time_type since,
+            const std::function<Open()>& work);
   void collect();
 
   std::atomic<bool> rays_ = false;
@@ -57,7 +58,9 @@ class OpenScenes {
   std::vector<Open> held_;    // the last one first
   std::optional<Open> next_;  // loaded, and not yet drawn with
   std::optional<Failed> failed_;
-  SceneFile under_way_;  // of loading_
+  SceneFile under_way_;  // of loading_, and
+  std::filesystem::file_time_type
+      since_;  // when its file was written, as far as was known at its start
   std::future<Open> loading_;
 };
 

@@ -232,6 +232,12 @@ bool Compositor::State::draw_scene(const PassInput& in) {
   bool kept = layers.draw(in.frame, in.settings.skip, direct_view(in.frame, plan),
                           whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
                           in.grid_step(), scene);
+  // Layers are large: where the viewport has passed many mirrors, theirs go.
+  if (mirror_shadows.size() > most_mirrors)
+    std::erase_if(mirror_shadows, [&](const auto& own) {
+      return std::none_of(plan.mirrors.begin(), plan.mirrors.end(),
+                          [&](const SeenMirror& seen) { return seen.way == own.first; });
+    });
   for (const SeenMirror& seen : plan.mirrors)
     if (!seen.shadow.empty())
       kept = shadow_in(seen)->layers.draw(in.frame, in.settings.skip, view_in_mirror(plan, seen),

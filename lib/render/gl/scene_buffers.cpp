@@ -6,7 +6,7 @@
 #include <set>
 
 #include "render/projection.h"
-#include "scene/mirror_triangles.h"
+#include "scene/scene.h"
 
 namespace polyhull {
 namespace {

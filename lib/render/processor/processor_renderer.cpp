@@ -145,8 +145,8 @@ void ProcessorRenderer::State::choose_lights(const RenderPlan& plan, bool same) 
   }
   mirrors.clear();
   for (const SeenMirror& seen : plan.mirrors) mirrors.push_back(&known_mirrors[seen.way]);
-  if (same) return;
-  // What is kept of other lights is large, and its casters are not these subjects'.
+  if (same && known_mirrors.size() <= 2 * most_mirrors) return;
+  // What is kept of other lights and mirrors is large, and its casters are not these subjects'.
   std::erase_if(known, [&](const auto& item) {
     return std::find(lights.begin(), lights.end(), &item.second) == lights.end();
   });
@@ -358,7 +358,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   if (!plan.lights.empty()) pass("shadow");
 
   const std::uint8_t* unchanged = background;
-  if (background == target.pixels && !plan.mirrors.empty()) {
+  if (background == target.pixels && !(plan.mirror().empty() && plan.mirror_shadow().empty())) {
     // Other rows of the background are read for mirrors when they may be written already.
     const std::size_t size = static_cast<std::size_t>(background_stride) * (frame.height - 1) +
                              4 * static_cast<std::size_t>(frame.width);

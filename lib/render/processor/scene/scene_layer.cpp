@@ -9,7 +9,7 @@
 #include "base/thread_pool.h"
 #include "render/projection.h"
 #include "render/seen_mirrors.h"
-#include "scene/mirror_triangles.h"
+#include "scene/scene.h"
 
 namespace polyhull::processor {
 namespace {
