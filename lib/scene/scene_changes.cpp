@@ -267,13 +267,13 @@ std::vector<Pose> poses_of(const std::vector<NodeChange>& changes,
   return poses;
 }
 
-void place(const Mat4& moved, SceneMesh& mesh) {
+void carry(const Mat4& moved, SceneMesh& mesh) {
   const Mat3 normals = glm::transpose(glm::inverse(Mat3(moved)));
   for (Vec3f& p : mesh.positions) p = Vec3f(moved * Vec4(Vec3(p), 1.0));
   for (Vec3f& n : mesh.normals) n = Vec3f(glm::normalize(normals * Vec3(n)));
 }
 
-void place(const Mat4& moved, Light& light) {
+void carry(const Mat4& moved, Light& light) {
   light.centre = Vec3f(moved * Vec4(Vec3(light.centre), 1.0));
   light.u = Vec3f(Mat3(moved) * Vec3(light.u));
   light.v = Vec3f(Mat3(moved) * Vec3(light.v));
@@ -306,10 +306,10 @@ std::string change_nodes(const std::vector<NodeChange>& changes, Scene& scene) {
   const std::vector<Pose> poses = poses_of(changes, scene.nodes);
   for (SceneMesh& mesh : scene.meshes)
     if (mesh.node >= 0 && poses[static_cast<std::size_t>(mesh.node)].moved != Mat4(1.0))
-      place(poses[static_cast<std::size_t>(mesh.node)].moved, mesh);
+      carry(poses[static_cast<std::size_t>(mesh.node)].moved, mesh);
   for (Light& light : scene.lights)
     if (light.node >= 0 && poses[static_cast<std::size_t>(light.node)].moved != Mat4(1.0))
-      place(poses[static_cast<std::size_t>(light.node)].moved, light);
+      carry(poses[static_cast<std::size_t>(light.node)].moved, light);
   hide(poses, scene);
   scene.mirrors = find_mirrors(scene);
   scene_bounds(scene);  // which there must be
