@@ -137,7 +137,8 @@ bool Background::dim_lights(const Vec3f& sky) {
   return true;
 }
 
-bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky) {
+bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky,
+                              const std::atomic<bool>* stop) {
   if (lights.size() != traced_.scene().lights.size()) {
     throw Error(Error::Kind::bad_input,
                 "A background's scene has {} lights, but {} were given; give as many.",
@@ -152,7 +153,7 @@ bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky
   }
   if (light_ && !changed) return false;
   if (light_ && dim_lights(sky)) return false;
-  light_scene();
+  light_scene(stop);
   geometry_ = geometry_key(traced_.scene());  // lamps may have moved
   raster_ = std::make_unique<RasterView>(traced_, *light_);
   base_lights_ = traced_.scene().lights;
@@ -167,7 +168,7 @@ struct Background::Kept {
 };
 
 /// From a file where there is one.
-void Background::light_scene() {
+void Background::light_scene(const std::atomic<bool>* stop) {
   const bool first = light_ == nullptr;
   raster_.reset();
   gradual_.reset();
@@ -183,7 +184,8 @@ void Background::light_scene() {
     light_scene_gradually(folder);
     return;
   }
-  light_ = std::make_unique<LightCache>(traced_, options_.light);
+  light_ = std::make_unique<LightCache>(traced_, options_.light, stop);
+  if (stop && *stop) return;  // it is not to be kept
   light_not_kept_ = keep(*light_, traced_, options_.light, folder);
 }
 
@@ -237,9 +239,10 @@ Background::Work Background::update(const Camera& camera, const std::vector<Ligh
   return lit ? Work::lit : Work::drawn;
 }
 
-void Background::prepare(const std::vector<Light>& lights, float sky, int threads) {
+void Background::prepare(const std::vector<Light>& lights, float sky, int threads,
+                         const std::atomic<bool>& stop) {
   const int own = std::exchange(options_.light.threads, threads);
-  apply_lights(lights, sky * sky_);
+  apply_lights(lights, sky * sky_, &stop);
   options_.light.threads = own;
 }
 

@@ -13,6 +13,7 @@
 /// at once, or with BackgroundOptions::progressive coarsely at first (gradual_light.h).
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -84,8 +85,10 @@ class Background {
   }
 
   /// Computes the light of \p lights and \p sky, as of update(), before there is a view, on at most
-  /// \p threads threads (0: all): the first update() then only draws.
-  void prepare(const std::vector<Light>& lights, float sky, int threads);
+  /// \p threads threads (0: all): the first update() then only draws. Once \p stop is true it comes to an
+  /// end early; this is of no use then.
+  void prepare(const std::vector<Light>& lights, float sky, int threads,
+               const std::atomic<bool>& stop);
 
   /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
   /// whole pass over the picture has been finished and the picture is a better one. Not before the
@@ -124,8 +127,9 @@ class Background {
 
  private:
   bool dim_lights(const Vec3f& sky);
-  bool apply_lights(const std::vector<Light>& lights, const Vec3f& sky);
-  void light_scene();
+  bool apply_lights(const std::vector<Light>& lights, const Vec3f& sky,
+                    const std::atomic<bool>* stop = nullptr);
+  void light_scene(const std::atomic<bool>* stop);
   void light_scene_gradually(const std::filesystem::path& folder);
   bool advance_light();
   void draw(const Camera& camera);

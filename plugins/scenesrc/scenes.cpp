@@ -48,11 +48,12 @@ std::unique_ptr<OpenedScene> opened(const SceneFile& file, const SceneSettings& 
 }
 
 /// The same with its light, beside the frames of another scene: half of the threads are left to those.
-std::unique_ptr<OpenedScene> opened_and_lit(const SceneFile& file, const SceneSettings& settings) {
+std::unique_ptr<OpenedScene> opened_and_lit(const SceneFile& file, const SceneSettings& settings,
+                                            const std::atomic<bool>& stop) {
   auto out = opened(file, settings);
   const Stopwatch watch;
   out->background->prepare(out->lights_by(settings).lights, light_factor(settings, out->assumed),
-                           settings.live ? std::max(pool_threads() / 2, 1) : 0);
+                           settings.live ? std::max(pool_threads() / 2, 1) : 0, stop);
   out->light_ms = watch.milliseconds();
   return out;
 }
@@ -73,8 +74,9 @@ void Scenes::open(const SceneSettings& settings) {
 
 void Scenes::close() {
   wanted_.reset();
-  if (loading_.valid()) loading_.wait();
-  loading_ = {};
+  stop_ = true;
+  loading_ = {};  // waits for it
+  stop_ = false;
   for (auto* scene : {&shown_, &before_, &next_}) scene->reset();
 }
 
@@ -89,8 +91,8 @@ bool Scenes::make_ready(const SceneSettings& settings, const SceneWish& wish) {
     if (!loading_.valid()) {
       next_.reset();  // the memory first
       under_way_ = *wanted_;
-      loading_ =
-          start_beside([file = under_way_, settings] { return opened_and_lit(file, settings); });
+      loading_ = start_beside(
+          [this, file = under_way_, settings] { return opened_and_lit(file, settings, stop_); });
     }
     while (!has_ended(loading_)) {
       if (wish.live || wish.stopped()) return false;

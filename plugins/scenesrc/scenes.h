@@ -4,6 +4,7 @@
 /// one that is made ready beside.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <future>
 #include <memory>
@@ -70,7 +71,8 @@ class Scenes {
   std::uint64_t choice_ = 0;         // SceneSettings::scene_choice that has been looked at
   std::optional<SceneFile> wanted_;  // in the place of what is shown
   std::unique_ptr<OpenedScene> shown_, before_, next_;
-  SceneFile under_way_;  // of loading_
+  SceneFile under_way_;             // of loading_
+  std::atomic<bool> stop_ = false;  // that, whose result nobody wants
   std::future<std::unique_ptr<OpenedScene>> loading_;
 };
 
