@@ -25,6 +25,12 @@ Vec2 middle(unsigned samples) {
   return sum / static_cast<double>(std::popcount(samples));
 }
 
+bool none_of_eight(const std::uint8_t* bytes) {
+  std::uint64_t all;
+  std::memcpy(&all, bytes, sizeof all);
+  return all == 0;
+}
+
 const Material& material_of(const Scene& scene, const Mirror& mirror) {
   return scene.materials[scene.meshes[mirror.mesh].material];
 }
@@ -73,6 +79,12 @@ struct RasterView::Band {
   std::uint64_t edges = 0;
   RayWork work;
 };
+
+// Not inlined: the compiler would find the thread's own memory anew for each use, deep in the loops.
+[[gnu::noinline]] RasterView::Band& RasterView::own_band() {
+  thread_local Band own;
+  return own;
+}
 
 RasterView::RasterView(const TracedScene& scene, const LightCache& light)
     : scene_(scene),
@@ -128,7 +140,7 @@ void RasterView::draw_screen(const Pass& pass) {
   const int height = pass.camera.height;
   const auto bands = static_cast<std::size_t>((height + band_rows - 1) / band_rows);
   parallel_for(bands, 1, pass.options.threads, [&](std::size_t begin, std::size_t end) {
-    thread_local Band band;
+    Band& band = own_band();
     for (std::size_t b = begin; b < end; ++b) {
       band.number = static_cast<int>(b);
       band.top = band.number * band_rows;
@@ -152,11 +164,14 @@ void RasterView::find_part(const Pass& pass, Band& band) const {
   const auto width = static_cast<std::size_t>(pass.camera.width);
   std::swap(band.left, band.right);
   for (int y = band.top; y < band.bottom; ++y) {
-    // Only outside what is known already.
+    // Only outside what is known already, eight pixels at a time where they show no mirror.
+    const std::uint8_t* shown = &mirror_samples_[y * width];
     int x = 0;
+    while (x + 8 <= band.left && none_of_eight(shown + x)) x += 8;
     while (x < band.left && wanted(pass, y * width + x) == 0) ++x;
     band.left = std::min(band.left, x);
     x = pass.camera.width;
+    while (x - 8 >= band.right && none_of_eight(shown + x - 8)) x -= 8;
     while (x > band.right && wanted(pass, y * width + x - 1) == 0) --x;
     band.right = std::max(band.right, x);
   }

@@ -38,6 +38,7 @@ class RasterView {
  private:
   struct Pass;
   struct Band;
+  static Band& own_band();
 
   void draw_screen(const Pass& pass);
   void draw_mirror(const Pass& direct, std::size_t number);
