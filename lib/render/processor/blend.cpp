@@ -135,10 +135,23 @@ bool Blend::Spans::reach(int begin, int end) const {
 
 /// Whether any of columns \p x to \p end - 1 misses more than \p least.
 bool Blend::Missing::any_of(int x, int end, float least) const {
-  return any && std::any_of(std::begin(taken), std::end(taken), [&](const float(&channel)[16]) {
-           return std::any_of(channel + (x & 15), channel + (x & 15) + (end - x),
-                              [least](float value) { return value > least; });
-         });
+  if (!any) return false;
+  if (end - x == BlendPixels::count) {
+    using Float4 = float __attribute__((vector_size(16)));
+    using Int4 = std::int32_t __attribute__((vector_size(16)));
+    Int4 above{};
+    for (const float(&channel)[16] : taken)
+      for (int i = 0; i < BlendPixels::count; i += 4) {
+        Float4 four;
+        std::memcpy(&four, channel + (x & 15) + i, sizeof four);
+        above |= four > least;
+      }
+    return ((above[0] | above[1]) | (above[2] | above[3])) != 0;
+  }
+  bool found = false;
+  for (const float(&channel)[16] : taken)
+    for (int i = x; i < end; ++i) found |= channel[i & 15] > least;
+  return found;
 }
 
 /// Adds what the sixteen pixels from column \p x on lose of a light of \p power.
@@ -225,7 +238,10 @@ void Blend::blend_piece(int x, int end, int y, const Spans& layers, const AllMis
       opaque ? Loops::best().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), made)
              : blend_translucent(x, end, y, piece, made));
   progress.shaded += static_cast<std::uint64_t>(end - x);
-  std::memcpy(out.at(x, y), made + (x - first), 4 * static_cast<std::size_t>(end - x));
+  if (end - x == BlendPixels::count)
+    std::memcpy(out.at(x, y), made, sizeof made);
+  else
+    std::memcpy(out.at(x, y), made + (x - first), 4 * static_cast<std::size_t>(end - x));
 }
 
 /// The share of pixel (x, y)'s light that goes where \p taken does of the lights'.
@@ -310,16 +326,22 @@ void Blend::fill_ground(int x, int end, int y, const float (*taken)[16], BlendPi
   constexpr int count = BlendPixels::count;
   const int first = x & ~(count - 1);
   const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
-  if (end - x < count) std::fill_n(pixels.background, count, 0u);
-  std::memcpy(pixels.background + (x - first), coded + 4 * x,
-              4 * static_cast<std::size_t>(end - x));
+  if (end - x == count) {
+    std::memcpy(pixels.background, coded + 4 * x, sizeof pixels.background);
+  } else {
+    std::fill_n(pixels.background, count, 0u);
+    std::memcpy(pixels.background + (x - first), coded + 4 * x,
+                4 * static_cast<std::size_t>(end - x));
+  }
   if (taken == nullptr) {
     for (float(&channel)[count] : pixels.taken) std::fill_n(channel, count, 0.0f);
     return;
   }
-  for (int c = 0; c < 3; ++c)
-    for (int i = 0; i < count; ++i)
-      pixels.taken[c][i] = first + i < x || first + i >= end ? 0.0f : taken[c][(first & 15) + i];
+  for (int c = 0; c < 3; ++c) {
+    std::copy_n(&taken[c][first & 15], count, pixels.taken[c]);
+    for (int i = 0; end - x < count && i < count; ++i)
+      if (first + i < x || first + i >= end) pixels.taken[c][i] = 0.0f;
+  }
   const std::uint64_t* albedo =
       layers_.albedo.at(*layers_.scene, layers_.direct, first & ~15, y) + (first & 15);
   std::copy_n(albedo, count, pixels.albedo);

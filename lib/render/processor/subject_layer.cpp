@@ -33,6 +33,26 @@ struct SampleSets {
   }
 };
 
+/// The triangles that a pixel shows, in the order of their first samples, and which samples each has.
+template <int samples>
+struct ShownTriangles {
+  int count = 0;
+  unsigned all = 0;
+  unsigned set[samples];
+  std::uint32_t number[samples];
+
+  explicit ShownTriangles(const std::uint32_t* ids) {
+    for (int s = 0; s < samples; ++s) {
+      if (all >> s & 1 || ids[s] == no_triangle) continue;
+      set[count] = 0;
+      for (int other = s; other < samples; ++other)
+        set[count] |= static_cast<unsigned>(ids[s] == ids[other]) << other;
+      all |= set[count];
+      number[count++] = ids[s];
+    }
+  }
+};
+
 /// Calls \p act with how many samples a pixel has as a constant.
 template <class Act>
 void with_samples(int samples, Act&& act) {
@@ -219,25 +239,22 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const S
           add(ids[0], all);
           continue;
         }
-        // The samples that show the same as each, and those that are still to be coloured.
-        unsigned same[samples] = {}, open = 0;
-        for (int s = 0; s < samples; ++s) {
-          for (int other = 0; other < samples; ++other)
-            same[s] |= static_cast<unsigned>(ids[s] == ids[other]) << other;
-          open |= static_cast<unsigned>(ids[s] != no_triangle) << s;
-        }
+        const ShownTriangles<samples> shown(ids);
+        unsigned open = shown.all;  // samples that are still to be coloured
         while (open != 0) {
-          int leading = -1;
-          for (int s = samples - 1; s >= 0; --s)
-            if (2 * sets.count[same[s] & open] > sets.count[open]) leading = s;
-          const std::uint32_t number = ids[leading >= 0 ? leading : std::countr_zero(open)];
-          unsigned set = 0;
-          for (int s = 0; s < samples; ++s) {
-            const bool own =
-                open >> s & 1 && !(set >> s & 1) &&
-                (ids[s] == number || (leading >= 0 && drawn.joined(subjects, number, ids[s])));
-            if (own) set |= same[s];
+          int leading = -1, first = -1;
+          for (int i = shown.count - 1; i >= 0; --i) {
+            if ((shown.set[i] & open) == 0) continue;
+            first = i;
+            if (2 * sets.count[shown.set[i]] > sets.count[open]) leading = i;
           }
+          const int chosen = leading >= 0 ? leading : first;
+          const std::uint32_t number = shown.number[chosen];
+          unsigned set = shown.set[chosen];
+          for (int i = first; leading >= 0 && i < shown.count; ++i)
+            if (i != leading && (shown.set[i] & open) != 0 &&
+                drawn.joined(subjects, number, shown.number[i]))
+              set |= shown.set[i];
           add(number, set);
           open &= ~set;
         }
