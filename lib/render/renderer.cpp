@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numbers>
 #include <string_view>
 
 #include "raytrace/traced_scene.h"
@@ -82,6 +83,21 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
           subject.form = find_form(subject, *subject.shade, subject.relight);
       }
   return plan;
+}
+
+std::optional<Vec3f> Renderer::white(const RenderFrame& frame, const PlacedSubject& subject) {
+  const TracedScene* scene = traced(frame);
+  if (!scene || subject.points.empty()) return std::nullopt;
+  const auto light = subject_light_.around(subject, frame, *scene);
+  if (!light) return std::nullopt;
+  Vec3 factor(1.0);
+  if (subject.lighting == SubjectLighting::off) {
+    factor = Vec3(0.0);
+    for (const Vec3f& point : subject.points)
+      factor += Vec3(light->at((point - light->origin) / light->cell));
+    factor /= static_cast<double>(subject.points.size());
+  }
+  return Vec3f(factor) * subject_light_.stage() * frame.exposure / std::numbers::pi_v<float>;
 }
 
 void Renderer::render_yuv(const RenderFrame& frame, const RenderPlan& plan,

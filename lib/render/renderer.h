@@ -16,6 +16,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,12 @@ class Renderer {
   /// What \p frame needs; where RenderPlan::untouched() the background is the result and no
   /// render() is needed. Throws Error as plan_frame().
   RenderPlan plan(const RenderFrame& frame, const RenderSettings& settings);
+
+  /// The picture value of a white surface in the light where \p subject, of plan() of \p frame, stands, on
+  /// average over all orientations and the subject's points: what it has to be multiplied by besides
+  /// its lighting for a white that the studio shows as 1. nullopt: nothing there is lit. Throws Error
+  /// as plan().
+  std::optional<Vec3f> white(const RenderFrame& frame, const PlacedSubject& subject);
 
   /// Reads \p background and writes the changed part of \p target, both RGBA rows of at least 4 *
   /// width bytes, \p background_stride and \p target_stride bytes apart (multiples of 4). They may

@@ -41,6 +41,9 @@ class SubjectLight {
   std::shared_ptr<const LightLattice> around(const PlacedSubject& subject, const RenderFrame& frame,
                                              const TracedScene& scene);
 
+  /// Phi(x_0) of the last call.
+  const Vec3f& stage() const { return stage_; }
+
   /// How many nodes the last call had to find.
   std::size_t found() const { return found_; }
 

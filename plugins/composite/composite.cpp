@@ -231,7 +231,7 @@ void Composite::class_init(gpointer klass) {
       "drawn-by-processor, "
       "rays (traced by it), gl-failures (OpenGL failed, and the processor went on), no-mesh, "
       "meshes, meshes-unusable, meshes-without-surface (nothing of them to draw with "
-      "subject=mesh), "
+      "subject=mesh), subjects-unmatched (match found no light), "
       "through-lens (frames that the lens changed; lens-ms: the time for it), motion-blurred "
       "(frames in which the viewport moved), lens-without-scene (frames blurred by a depth that "
       "nobody knows), "

@@ -55,6 +55,7 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "image-based",
                       "image-based-refused",
                       "meshes-without-surface",
+                      "subjects-unmatched",
                       "background-bytes-uploaded",
                       "backgrounds-converted",
                       "through-lens",
@@ -105,6 +106,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   else
     background_content_.reset();
   plan_ = plan();
+  for (GstAggregatorPad* pad : meshes) match(pad);
 }
 
 /// Of frame_; empty, and no renderer is asked, where that has no subject.

@@ -129,6 +129,7 @@ class FrameComposer {
   bool draws_with_gl(Backend wanted, bool on_gpu);
   RenderPlan plan();
   void add_subject(GstAggregatorPad* pad, bool by_image);
+  void match(GstAggregatorPad* pad);
   std::shared_ptr<const ImageSubject> image_of(GstAggregatorPad* pad);
   void report(const RenderStatistics& statistics);
 

@@ -305,6 +305,11 @@ std::span<const Property<PlacementSettings>> placement_properties() {
                             "light=relit draws (0 "
                             "to 1): 0 is as shade.",
                             0, 1),
+      property<&S::match>(
+          "match", "Match",
+          "Set to true, sets exposure and the slopes once to what a white surface is in the "
+          "scene's "
+          "light where the subject stands, from the next frame on, and is false again."),
       property<&S::exposure>("exposure", "Exposure",
                              "By how many stops the subject is made brighter (-10 to 10), with its "
                              "mirror image and in "
@@ -351,6 +356,15 @@ Grade grade(const PlacementSettings& s) {
   return {Vec3f(std::exp2(s.exposure) * Vec3(s.slope_red, s.slope_green, s.slope_blue)),
           Vec3f(Vec3(s.offset_red, s.offset_green, s.offset_blue)),
           Vec3f(Vec3(s.power_red, s.power_green, s.power_blue)), static_cast<float>(s.saturation)};
+}
+
+void set_white(PlacementSettings& settings, const Vec3f& white) {
+  const double luma = glm::dot(Vec3(0.2126, 0.7152, 0.0722), Vec3(white));
+  settings.exposure = std::clamp(std::log2(luma), -10.0, 10.0);
+  const Vec3 slope = glm::clamp(Vec3(white) / luma, Vec3(0.0), Vec3(16.0));
+  settings.slope_red = slope.x;
+  settings.slope_green = slope.y;
+  settings.slope_blue = slope.z;
 }
 
 }  // namespace polyhull::element

@@ -84,6 +84,7 @@ struct PlacementSettings {
   double pivot_x = 0.0, pivot_y = 0.0, pivot_z = 0.0;
   SubjectLighting light = SubjectLighting::off;
   double relight = RenderSubject{}.relight;
+  bool match = false;
   double exposure = 0.0;  // stops
   double slope_red = 1.0, slope_green = 1.0, slope_blue = 1.0;
   double offset_red = 0.0, offset_green = 0.0, offset_blue = 0.0;
@@ -97,5 +98,7 @@ std::span<const Property<PlacementSettings>> placement_properties();
 /// The same as the renderer takes it.
 SubjectPlacement placement(const PlacementSettings& settings);
 Grade grade(const PlacementSettings& settings);
+/// Sets the exposure and slopes that make 1 \p white, picture values of which one is above 0.
+void set_white(PlacementSettings& settings, const Vec3f& white);
 
 }  // namespace polyhull::element

@@ -123,6 +123,43 @@ GST_START_TEST(a_grade_is_live_and_controlled) {
 }
 GST_END_TEST
 
+// Asked for once, and held: in the lamp's warm light, also where the subject moves on.
+GST_START_TEST(match_proposes_once) {
+  Bench bench;
+  bench.wait_for_all();
+  g_object_set(bench.element, "scene", "builtin:room", nullptr);
+  GstChildProxy* proxy = GST_CHILD_PROXY(bench.element);
+  g_autoptr(GObject) pad = gst_child_proxy_get_child_by_name(proxy, "mesh_0");
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  double exposure[3], red[3], blue[3];
+  gboolean match = TRUE;
+  g_object_set(pad, "match", TRUE, nullptr);
+  for (int i = 0; i < 3; ++i) {
+    gst_buffer_unref(bench.step(frame(frame_time(i)), mesh_buffer(frame_time(i + 1))));
+    g_object_get(pad, "match", &match, "exposure", &exposure[i], "slope-red", &red[i], "slope-blue",
+                 &blue[i], nullptr);
+    fail_if(match);
+    g_object_set(pad, "translate-x", -0.4 * (i + 1), nullptr);
+    if (i == 1) g_object_set(pad, "match", TRUE, nullptr);
+  }
+  fail_unless(exposure[0] != 0.0 && std::abs(exposure[0]) < 3.0, "%g", exposure[0]);
+  fail_unless(red[0] > 1.0 && blue[0] < 1.0 && blue[0] > 0.5, "%g %g", red[0], blue[0]);
+  fail_unless(exposure[1] == exposure[0] && red[1] == red[0]);
+  fail_unless(exposure[2] < exposure[1], "it is darker there: %g %g", exposure[1], exposure[2]);
+  // Without a scene there is nothing to match, and the values stay.
+  Bench alone;
+  alone.wait_for_all();
+  g_autoptr(GObject) other =
+      gst_child_proxy_get_child_by_name(GST_CHILD_PROXY(alone.element), "mesh_0");
+  g_object_set(other, "match", TRUE, nullptr);
+  gst_harness_push(alone.mesh, mesh_buffer(0));
+  gst_buffer_unref(alone.step(frame(0), mesh_buffer(frame_time(1))));
+  g_object_get(other, "match", &match, "exposure", &exposure[0], nullptr);
+  fail_unless(!match && exposure[0] == 0.0);
+  fail_unless_equals_uint64(statistic(alone.element, "subjects-unmatched"), 1);
+}
+GST_END_TEST
+
 GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
   Bench bench;
   bench.wait_for_all();
@@ -511,6 +548,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, subject_outside_the_picture_passes_the_background);
   tcase_add_test(fed, placement_is_live);
   tcase_add_test(fed, a_grade_is_live_and_controlled);
+  tcase_add_test(fed, match_proposes_once);
   tcase_add_test(fed, the_backend_is_chosen_live);
   tcase_add_test(fed, the_mesh_shown_is_the_last_before_the_frames_end);
   tcase_add_test(fed, a_mesh_is_shown_until_max_mesh_age);
