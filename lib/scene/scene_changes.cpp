@@ -11,6 +11,8 @@ namespace polyhull {
 namespace {
 
 constexpr float most_given = 1e6f;
+constexpr float most_repeated = 1e12f;  // what words that stand there again and again come to
+constexpr float least_side = 1e-6f;  // metres; of smaller lamps nothing tells which way they face
 constexpr float most_radiance = 1e20f, most_away = 1e8f;
 constexpr std::size_t longest_text = 4096;  // as an announcement's names
 constexpr double far_away = 50.0;           // scene sizes: only suns are so far
@@ -96,12 +98,16 @@ struct Setting {
 void take(const Setting& setting, LightChange& change) {
   if (setting.take_motion(change.move, change.turn)) return;
   if (setting.name == "intensity")
-    change.intensity *= setting.numbers(1, 0.0f, most_given, "intensity=FACTOR from 0 to 1e6").x;
+    change.intensity = std::min(
+        change.intensity * setting.numbers(1, 0.0f, most_given, "intensity=FACTOR from 0 to 1e6").x,
+        most_repeated);
   else if (setting.name == "colour")
     change.colour =
         setting.numbers(3, 0.0f, most_given, "colour=RED,GREEN,BLUE, each from 0 to 1e6");
   else if (setting.name == "size")
-    change.size *= setting.numbers(1, 0.001f, 1000.0f, "size=FACTOR from 0.001 to 1000").x;
+    change.size = std::clamp(
+        change.size * setting.numbers(1, 0.001f, 1000.0f, "size=FACTOR from 0.001 to 1000").x,
+        1.0f / most_repeated, most_repeated);
   else
     throw not_understood(setting.word, "one of intensity=, colour=, move=, turn= and size=");
 }
@@ -109,7 +115,9 @@ void take(const Setting& setting, LightChange& change) {
 void take(const Setting& setting, NodeChange& change) {
   if (setting.take_motion(change.move, change.turn)) return;
   if (setting.name == "scale") {
-    change.scale *= setting.numbers(1, 0.001f, 1000.0f, "scale=FACTOR from 0.001 to 1000").x;
+    change.scale = std::clamp(
+        change.scale * setting.numbers(1, 0.001f, 1000.0f, "scale=FACTOR from 0.001 to 1000").x,
+        0.001f, 1000.0f);
   } else if (setting.name == "visible") {
     change.visible = setting.value == "yes" || setting.value == "true";
     if (!change.visible && setting.value != "no" && setting.value != "false")
@@ -162,9 +170,11 @@ void apply(const LightChange& change, const Bounds& bounds, Light& light) {
         std::max({light.radiance.x, light.radiance.y, light.radiance.z}) * *change.colour;
   light.radiance *= change.intensity;
   if (light.is_area() && change.size != 1.0f) {
-    light.u *= change.size;
-    light.v *= change.size;
-    light.radiance /= change.size * change.size;
+    const float sides = std::min(glm::length(light.u), glm::length(light.v));
+    const float size = std::max(change.size, std::min(least_side / sides, 1.0f));
+    light.u *= size;
+    light.v *= size;
+    light.radiance /= size * size;
   }
   if (change.turn != Vec3f(0.0f)) {
     const Mat3 turn = rotation_of(change.turn);

@@ -284,7 +284,9 @@ GST_START_TEST(wishes_may_change_meanwhile) {
     if (number == 2) self.set("scene", c);
   });
   shown.wait_for(of_c);
+  g_mutex_lock(&shown.mutex);
   for (const Announcement& announced : shown.announced) fail_if(announced.scene == b);
+  g_mutex_unlock(&shown.mutex);
   shown.set("scene", b);
 }
 GST_END_TEST;

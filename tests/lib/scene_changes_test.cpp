@@ -146,13 +146,24 @@ TEST(LightChangesTest, ASunGoesAround) {
 
 /// Whatever adds up can be drawn with.
 TEST(LightChangesTest, NothingOverflows) {
-  std::string text;
-  for (int i = 0; i < 20; ++i) text += "* intensity=1e6 size=1000 move=1e6,1e6,1e6;";
-  for (const Light& light : changed(text, lit_scene())) {
-    EXPECT_LT(light.radiance.x + light.radiance.y + light.radiance.z,
-              std::numeric_limits<float>::max());
-    EXPECT_LT(glm::length(light.centre) + glm::length(light.u) + glm::length(light.v), 1e9f);
-  }
+  const auto repeated = [](const std::string& word) {
+    std::string text;
+    for (int i = 0; i < 20; ++i) text += word;
+    return text;
+  };
+  for (const std::string& text :
+       {repeated("* intensity=1e6 size=1000 move=1e6,1e6,1e6;"), repeated("* size=0.001;"),
+        "* colour=1,0,0" + repeated(" intensity=1e6"), "*" + repeated(" size=1000"),
+        "*" + repeated(" size=0.001")})
+    for (const Light& light : changed(text, lit_scene())) {
+      const bool was_point = light.u == Vec3f(0.0f);
+      EXPECT_LT(light.radiance.x + light.radiance.y + light.radiance.z,
+                std::numeric_limits<float>::max())
+          << text;
+      EXPECT_LT(glm::length(light.centre) + glm::length(light.u) + glm::length(light.v), 1e9f)
+          << text;
+      EXPECT_NE(light.is_area(), was_point) << text;
+    }
 }
 
 TEST(LightChangesTest, LampsFollow) {
