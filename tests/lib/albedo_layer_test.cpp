@@ -61,7 +61,7 @@ class AlbedoLayerTest : public ::testing::Test {
     }
     traced = std::make_unique<TracedScene>(std::move(scene));
     camera = synthetic::look_at({1.3, 1.5, 3.2}, {0.0, 0.7, 0.0}, width, height, 60.0);
-    layer.set(traced.get(), {pixels_from_scene(camera), width, height, 4, {}, -1});
+    layer.set(traced.get(), {pixels_from_scene(camera), width, height, 4, {}, false});
     layer.ensure_middles({0, 0, width, height});
   }
   Ray ray(int x, int y) const {
@@ -85,7 +85,7 @@ class AlbedoLayerTest : public ::testing::Test {
 
 TEST_F(AlbedoLayerTest, IsWhatRaysFind) {
   AlbedoLayer albedo;
-  albedo.reset(layer, Vec3f(camera.centre()), PixelRays(camera));
+  albedo.reset({0, 0, camera.width, camera.height}, Vec3f(camera.centre()), PixelRays(camera));
   int mirrors = 0, others = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {

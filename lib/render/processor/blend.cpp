@@ -127,14 +127,15 @@ bool Blend::Span::any(int begin, int end) const {
   return false;
 }
 
-bool Blend::Spans::reach(int begin, int end) const {
-  return front.reaches(begin, end) ||
-         std::any_of(std::begin(images), std::end(images),
-                     [&](const Span& image) { return image.reaches(begin, end); });
+bool Blend::any_reaches(const Spans& layers, int begin, int end) const {
+  bool any = layers.front.reaches(begin, end);
+  for (std::size_t m = 0; m < plan_.mirrors.size(); ++m)
+    any = any || layers.images[m].reaches(begin, end);
+  return any;
 }
 
 /// Whether any of columns \p x to \p end - 1 misses more than \p least.
-bool Blend::Missing::any_of(int x, int end, float least) const {
+inline bool Blend::Missing::any_of(int x, int end, float least) const {
   if (!any) return false;
   if (end - x == BlendPixels::count) {
     using Float4 = float __attribute__((vector_size(16)));
@@ -154,47 +155,52 @@ bool Blend::Missing::any_of(int x, int end, float least) const {
   return found;
 }
 
-/// Adds what the sixteen pixels from column \p x on lose of a light of \p power.
-void Blend::add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
-                        const Vec3f& power, Missing& missing) {
-  float taken[16];
-  if (!shadow.reaches(x, y) || !shadow.taken(layer, x, y, taken)) return;
-  const bool first = !std::exchange(missing.any, true);
-  for (int c = 0; c < 3; ++c)
-    for (int i = 0; i < 16; ++i)
-      missing.taken[c][i] = first ? power[c] * taken[i] : missing.taken[c][i] + power[c] * taken[i];
-}
-
-/// What of the sixteen pixels from column \p x on, a multiple of 16, loses light.
-void Blend::find_missing(int x, int y, AllMissing& missing) const {
+/// The shadows that row \p y may have, directly and in mirrors, and what of \p missing each is added to.
+std::vector<Blend::Shadow> Blend::shadows_of(int y, AllMissing& missing) const {
   const auto within = [y](const Rectangle& part) {
     return !part.empty() && y >= part.y && y < part.y + part.height;
   };
-  missing.seen.any = false;
-  for (Missing& in_mirror : missing.in_mirrors) in_mirror.any = false;
+  std::vector<Shadow> shadows;
   for (std::size_t i = 0; i < plan_.lights.size(); ++i) {
-    const LightShadow& shadow = *layers_.shadows[i];
     const ShadowLight& light = plan_.lights[i];
+    const LightShadow& shadow = *layers_.shadows[i];
     if (within(light.seen))
-      add_missing(shadow.seen, layers_.direct, x, y, powers_[i], missing.seen);
+      shadows.push_back({&shadow.seen, &layers_.direct, powers_[i], &missing.seen});
     for (std::size_t m = 0; m < light.in_mirrors.size(); ++m)
       if (within(light.in_mirrors[m]))
-        add_missing(*shadow.in_mirrors[m], layers_.mirrors[m]->scene, x, y, powers_[i],
-                    missing.in_mirrors[m]);
+        shadows.push_back(
+            {shadow.in_mirrors[m], &layers_.mirrors[m]->scene, powers_[i], &missing.in_mirrors[m]});
   }
-  missing.any =
-      missing.seen.any || std::any_of(std::begin(missing.in_mirrors), std::end(missing.in_mirrors),
-                                      [](const Missing& in_mirror) { return in_mirror.any; });
+  return shadows;
+}
+
+/// Finds what the sixteen pixels from column \p x on, a multiple of 16, lose to \p shadows. Returns whether
+/// any.
+bool Blend::find_missing(int x, int y, const std::vector<Shadow>& shadows) {
+  for (const Shadow& shadow : shadows) shadow.into->any = false;
+  bool any = false;
+  float taken[16];
+  for (const auto& [shadow, layer, power, missing] : shadows) {
+    if (!shadow->reaches(x, y) || !shadow->taken(*layer, x, y, taken)) continue;
+    const bool first = !std::exchange(missing->any, true);
+    any = true;
+    for (int c = 0; c < 3; ++c)
+      for (int i = 0; i < 16; ++i)
+        missing->taken[c][i] =
+            first ? power[c] * taken[i] : missing->taken[c][i] + power[c] * taken[i];
+  }
+  return any;
 }
 
 /// Blends the changed part of row \p y into \p out, and counts.
 void Blend::blend_row(int y, const Spans& layers, const PixelRows& out, Piece& piece,
                       Progress& progress) {
   AllMissing missing;
+  const std::vector<Shadow> shadows = shadows_of(y, missing);
   const int right = changed_.x + changed_.width;
   for (int group = changed_.x & ~15; group < right; group += 16) {
-    find_missing(group, y, missing);
-    if (!missing.any && !layers.reach(group, group + 16)) continue;
+    const bool any = find_missing(group, y, shadows);
+    if (!any && !any_reaches(layers, group, group + 16)) continue;
     for (int first = group; first < group + 16; first += BlendPixels::count) {
       const int x = std::max(first, changed_.x), end = std::min(first + BlendPixels::count, right);
       if (x < end) blend_piece(x, end, y, layers, missing, out, piece, progress);

@@ -114,7 +114,6 @@ class Blend {
   /// The layers of a row.
   struct Spans {
     Span front, images[most_mirrors];
-    bool reach(int begin, int end) const;
   };
 
   /// What of a row's light is missing, of sixteen pixels that begin at a multiple of 16: E by channel, per
@@ -126,7 +125,14 @@ class Blend {
   };
   struct AllMissing {
     Missing seen, in_mirrors[most_mirrors];
-    bool any = false;
+  };
+
+  /// A light's shadow that a row may have.
+  struct Shadow {
+    const AreaShadow* shadow;
+    const SceneLayer* layer;
+    Vec3f power;
+    Missing* into;
   };
 
   /// Up to eight pixels of a row on their way into the picture. What has no part in them stays as
@@ -142,9 +148,9 @@ class Blend {
     std::uint64_t shaded = 0, changed = 0;
   };
 
-  static void add_missing(const AreaShadow& shadow, const SceneLayer& layer, int x, int y,
-                          const Vec3f& power, Missing& missing);
-  void find_missing(int x, int y, AllMissing& missing) const;
+  std::vector<Shadow> shadows_of(int y, AllMissing& missing) const;
+  static bool find_missing(int x, int y, const std::vector<Shadow>& shadows);
+  bool any_reaches(const Spans& layers, int begin, int end) const;
   void blend_row(int y, const Spans& layers, const PixelRows& out, Piece& piece,
                  Progress& progress);
   void blend_piece(int x, int end, int y, const Spans& layers, const AllMissing& missing,

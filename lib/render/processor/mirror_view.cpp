@@ -32,6 +32,7 @@ MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const S
       scene_(scene),
       mirrored_(mirrored),
       ways_(ways),
+      part_(seen.seen),
       background_(background),
       stride_(stride),
       alpha_(alpha),
@@ -99,7 +100,7 @@ Vec3f MirrorView::shown(int x, int y) const {
   const Material& material = *surface.material;
   if (!material.is_mirror()) {  // these look different from elsewhere
     bool found = false;
-    const std::size_t pixel = static_cast<std::size_t>(y) * frame_.width + x;
+    const std::size_t pixel = static_cast<std::size_t>(y - part_.y) * part_.width + (x - part_.x);
     const Vec3f value = looked_up(surface.point, ways_[pixel], found);
     if (found) return value;
   }

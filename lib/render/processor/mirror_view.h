@@ -19,8 +19,8 @@ class MirrorView {
  public:
   /// \p mirrored is the scene as mirror \p seen of \p plan shows it, drawn wherever shown() is asked.
   /// \p background: RGBA rows \p stride bytes apart, of which \p alpha says whether they may be not
-  /// opaque: nothing is looked up there. \p ways: a byte for each pixel, which stays as long as
-  /// \p mirrored does, at first 0. All must outlive this.
+  /// opaque: nothing is looked up there. \p ways: a byte for each pixel of SeenMirror::seen, which stays as
+  /// long as \p mirrored does, at first 0. All must outlive this.
   MirrorView(const RenderFrame& frame, const RenderPlan& plan, const SeenMirror& seen,
              const TracedScene& scene, const SceneLayer& mirrored, std::vector<std::uint8_t>& ways,
              const std::uint8_t* background, int stride, AlphaCoding alpha);
@@ -43,6 +43,7 @@ class MirrorView {
   const TracedScene& scene_;
   const SceneLayer& mirrored_;
   std::vector<std::uint8_t>& ways_;
+  Rectangle part_;  // of the picture, that these are of
   const std::uint8_t* background_;
   int stride_;
   AlphaCoding alpha_;

@@ -225,7 +225,7 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
              : nullptr;
   const bool fresh = direct.set(traced, view, ready);
   statistics.scene_planes_taken = fresh && ready;
-  if (fresh) albedo.reset(direct, Vec3f(plan.eye), rays);
+  if (fresh) albedo.reset({0, 0, view.width, view.height}, Vec3f(plan.eye), rays);
   if (!traced) return;
 
   bool drawn = direct.ensure_middles(AreaShadow::asked(plan.shadow, view));
@@ -253,8 +253,8 @@ void ProcessorRenderer::State::draw_mirror(const SeenMirror& seen, const LayerVi
   behind.pixels_from_scene = view.pixels_from_scene * seen.turned;
   behind.kept = kept_side(mirror_of(scene->scene(), seen));
   if (!own.scene.set(scene, behind)) return;
-  own.albedo.reset(own.scene, Vec3f(seen.eye), seen.rays);
-  own.ways.assign(static_cast<std::size_t>(view.width) * view.height, 0);
+  own.albedo.reset(seen.seen, Vec3f(seen.eye), seen.rays);
+  own.ways.assign(static_cast<std::size_t>(seen.seen.width) * seen.seen.height, 0);
 }
 
 /// Where samples of the scene are asked for: by mirror, and last of the viewport. The lights' shadows in

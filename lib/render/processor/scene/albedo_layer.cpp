@@ -98,11 +98,13 @@ void AlbedoLayer::find(const TracedScene& scene, const SceneLayer& layer, int x,
   for (int i = 0; i < count; ++i) out[i] = packed(colour * values[i]);
 }
 
-void AlbedoLayer::reset(const SceneLayer& layer, const Vec3f& eye, const PixelRays& rays) {
+void AlbedoLayer::reset(const Rectangle& part, const Vec3f& eye, const PixelRays& rays) {
   eye_ = eye;
   rays_ = rays;
-  columns_ = static_cast<std::size_t>((layer.view().width + piece - 1) / piece);
-  const std::size_t pieces = columns_ * static_cast<std::size_t>(layer.view().height);
+  left_ = part.x / piece * piece;
+  top_ = part.y;
+  columns_ = static_cast<std::size_t>((part.x + part.width - left_ + piece - 1) / piece);
+  const std::size_t pieces = columns_ * static_cast<std::size_t>(part.height);
   known_.assign(pieces, 0);
   values_.resize(pieces * piece);
 }
@@ -110,7 +112,7 @@ void AlbedoLayer::reset(const SceneLayer& layer, const Vec3f& eye, const PixelRa
 const std::uint64_t* AlbedoLayer::at(const TracedScene& scene, const SceneLayer& layer, int x,
                                      int y) {
   const std::size_t place =
-      static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x / piece);
+      static_cast<std::size_t>(y - top_) * columns_ + static_cast<std::size_t>((x - left_) / piece);
   std::uint64_t* values = &values_[place * piece];
   if (known_[place]) return values;
   known_[place] = 1;

@@ -18,10 +18,10 @@ class AlbedoLayer {
  public:
   static constexpr int piece = 16;  ///< pixels of a row that are found together
 
-  /// Begins anew for \p layer's view, from \p eye along \p rays.
-  void reset(const SceneLayer& layer, const Vec3f& eye, const PixelRays& rays);
+  /// Begins anew for \p part of \p layer's view, from \p eye along \p rays.
+  void reset(const Rectangle& part, const Vec3f& eye, const PixelRays& rays);
 
-  /// Of the surfaces at the middles of the 16 pixels from (x, y) on, as far as the picture goes; x is a multiple of 16 and \p layer's middles are drawn there: their base colour,
+  /// Of the surfaces at the middles of the 16 pixels from (x, y) on, as far as the picture goes; x is a multiple of 16, any of them is in the part, and \p layer's middles are drawn there: their base colour,
   /// less what a mirror reflects instead, 16 bits a channel (0xffff is 1), red lowest, 0 above. One
   /// look at a texture for each, as coarse as the pixel's area there. Threads may ask for different
   /// pieces at once.
@@ -35,6 +35,7 @@ class AlbedoLayer {
 
   Vec3f eye_{0.0f};
   PixelRays rays_;
+  int left_ = 0, top_ = 0;           // a multiple of a piece's pixels; the first row
   std::size_t columns_ = 0;          // pieces
   std::vector<std::uint8_t> known_;  // by piece
   std::vector<std::uint64_t> values_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <functional>
 #include <utility>
 
@@ -132,21 +133,22 @@ void SceneLayer::mark(const std::uint32_t* pieces, std::size_t count, std::uint8
 }
 
 bool Aperture::seen_in(const Rectangle& part) const {
+  constexpr std::uint64_t ones = 0x0101010101010101u, tops = 0x8080808080808080u;
   for (int y = part.y; y < part.y + part.height; ++y) {
     for (int s = 0; s < layer.view().samples; ++s) {
-      const std::uint8_t *row = layer.mirror(s, part.x, y), *end = row + part.width;
-      for (const std::uint8_t* at = std::find(row, end, mirror); at != end;
-           at = std::find(at + 1, end, mirror))
-        if (!within || within->seen_at(s, part.x + static_cast<int>(at - row), y)) return true;
+      const std::uint8_t* row = layer.mirror(s, part.x, y);
+      int x = 0;
+      for (; !within && x + 8 <= part.width; x += 8) {
+        std::uint64_t eight;
+        std::memcpy(&eight, row + x, sizeof eight);
+        eight ^= mirror * ones;
+        if ((eight - ones) & ~eight & tops) return true;  // one of its bytes is 0
+      }
+      for (; x < part.width; ++x)
+        if (row[x] == mirror && (!within || within->seen_at(s, part.x + x, y))) return true;
     }
   }
   return false;
-}
-
-float Aperture::share(int x, int y) const {
-  int seen = 0;
-  for (int s = 0; s < layer.view().samples; ++s) seen += seen_at(s, x, y);
-  return static_cast<float>(seen) / static_cast<float>(layer.view().samples);
 }
 
 void SceneLayer::draw_middles(int number, int left, int right) {

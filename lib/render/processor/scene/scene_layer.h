@@ -62,6 +62,15 @@ class SceneLayer {
     return &of.mirror[static_cast<std::size_t>(s) * of.rows * of.width() + of.at(x, y)];
   }
 
+  /// How many samples of pixel (x, y) show mirror \p number, as mirror() counts them.
+  int samples_of_mirror(std::uint8_t number, int x, int y) const {
+    const Samples& of = samples_[static_cast<std::size_t>(y / band_rows)];
+    const std::uint8_t* at = &of.mirror[of.at(x, y)];
+    int count = 0;
+    for (int s = 0; s < view_.samples; ++s, at += of.rows * of.width()) count += *at == number;
+    return count;
+  }
+
   /// 1/z at the middle of pixel (x, y) and of those to its right, 0 where nothing is; as far as
   /// the middles are drawn.
   const float* middle_inverse(int x, int y) const {
@@ -144,7 +153,15 @@ struct Aperture {
   }
 
   /// The share of the pixel's samples that do.
-  float share(int x, int y) const;
+  float share(int x, int y) const {
+    const int samples = layer.view().samples;
+    int seen = 0;
+    if (!within)
+      seen = layer.samples_of_mirror(mirror, x, y);
+    else
+      for (int s = 0; s < samples; ++s) seen += seen_at(s, x, y);
+    return static_cast<float>(seen) / static_cast<float>(samples);
+  }
 };
 
 }  // namespace polyhull::processor
