@@ -48,13 +48,12 @@ struct Compositor::State {
   MirrorPass mirror;
   BlendPass blend;
   BackgroundTexture background;
-  gl::Texture output;
-  gl::Texture beneath;  // the background with what all but one of the mirrors show
-  gl::Framebuffer target, source;
+  gl::PictureTexture output;
+  gl::PictureTexture beneath;  // the background with what all but one of the mirrors show
+  gl::PictureTarget target;
   gl::PixelReadings readings;
   gl::PixelQuery blended, blended_for[2];  // pixels that the blend draws: of render(), by places
   std::uint64_t later_shaded = 0, later_changed = 0;  // of pictures taken since the last frame
-  int output_width = 0, output_height = 0, beneath_width = 0, beneath_height = 0;
   gl::PassTimer timer;
   RenderStatistics& statistics;  // the renderer's
 
@@ -79,9 +78,6 @@ struct Compositor::State {
                     const Rectangle& copied, gl::PixelQuery* blended);
   void draw_blend(const PassInput& in, GLuint below, const SeenMirror* seen, bool front, GLuint to,
                   gl::PixelQuery* blended);
-  static void resize(gl::Texture& picture, int width, int height, int& known_width,
-                     int& known_height);
-  void copy(GLuint from, GLuint to, const Rectangle& part);
   void finish(const RenderPlan& plan);
 };
 
@@ -150,34 +146,10 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
 }
 
-void Compositor::State::resize(gl::Texture& picture, int width, int height, int& known_width,
-                               int& known_height) {
-  if (known_width == width && known_height == height) return;
-  known_width = width;
-  known_height = height;
-  gl::bind_texture(0, GL_TEXTURE_2D, picture.get());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
-  gl::texture_parameters(GL_TEXTURE_2D, GL_LINEAR);
-}
-
-void Compositor::State::copy(GLuint from, GLuint to, const Rectangle& part) {
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, source.get());
-  glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, from, 0);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.get());
-  glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, to, 0);
-  gl::check_framebuffer("output texture");
-  glDisable(GL_SCISSOR_TEST);
-  const int x1 = part.x + part.width, y1 = part.y + part.height;
-  glBlitFramebuffer(part.x, part.y, x1, y1, part.x, part.y, x1, y1, GL_COLOR_BUFFER_BIT,
-                    GL_NEAREST);
-}
-
 /// Puts what mirror \p seen shows (null: none), and with \p front what is seen directly, over \p below.
 void Compositor::State::draw_blend(const PassInput& in, GLuint below, const SeenMirror* seen,
                                    bool is_front, GLuint to, gl::PixelQuery* blended) {
-  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, to, 0);
-  gl::check_framebuffer("output texture");
+  target.bind(to);
   if (blended) blended->begin();
   blend.draw(in, {below, is_front, layers, shadow, front.texture(), seen, &mirror,
                   seen ? shadow_in(*seen) : nullptr});
@@ -203,22 +175,22 @@ void Compositor::State::draw_picture(const PassInput& in, GLuint background_text
   };
   if (!seen.empty()) timer.begin(Pass::mirror);
   if (seen.size() > 1) {
-    resize(beneath, in.frame.width, in.frame.height, beneath_width, beneath_height);
+    beneath.resize(in.frame.width, in.frame.height);
     below = beneath.get();
-    copy(background_texture, to, copied);
-    copy(background_texture, below, in.plan.changed());
+    target.copy(background_texture, to, copied);
+    target.copy(background_texture, below, in.plan.changed());
   }
   for (; seen.size() > 1; seen.pop_back()) {
     draw_image(*seen.back());
     draw_blend(in, below, seen.back(), false, to, blended);
-    copy(to, below, bounding(seen.back()->image, seen.back()->shadow));
+    target.copy(to, below, bounding(seen.back()->image, seen.back()->shadow));
   }
   if (!seen.empty()) {
     draw_image(*seen[0]);
     timer.end();
   }
   timer.begin(Pass::blend);
-  if (below == background_texture) copy(background_texture, to, copied);
+  if (below == background_texture) target.copy(background_texture, to, copied);
   draw_blend(in, below, seen.empty() ? nullptr : seen[0], true, to, blended);
   timer.end();
 }
@@ -375,7 +347,7 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   s.timer.begin(Pass::upload);
   s.use_scene(frame);
   s.upload_subjects(plan, settings);
-  s.resize(s.output, frame.width, frame.height, s.output_width, s.output_height);
+  s.output.resize(frame.width, frame.height);
   // Mirrors look up points all over the picture; the other passes only what they change.
   const Rectangle part =
       plan.mirror().empty() ? changed : Rectangle{0, 0, frame.width, frame.height};
@@ -390,7 +362,7 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   blended.forget();
   s.draw_picture(in, s.background.get(), s.output.get(), changed, &blended);
   gl::check_errors();
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, s.target.get());
+  s.target.read();
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
 }
 

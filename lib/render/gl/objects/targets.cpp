@@ -93,6 +93,39 @@ void LightLayer::bind() {
   glViewport(0, 0, width_, height_);
 }
 
+void PictureTexture::resize(int width, int height) {
+  if (width == width_ && height == height_) return;
+  width_ = width;
+  height_ = height;
+  bind_texture(0, GL_TEXTURE_2D, texture_.get());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  texture_parameters(GL_TEXTURE_2D, GL_LINEAR);
+}
+
+void PictureTarget::attach(GLenum use, Framebuffer& framebuffer, GLuint picture) {
+  glBindFramebuffer(use, framebuffer.get());
+  glFramebufferTexture2D(use, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture, 0);
+}
+
+void PictureTarget::bind(GLuint picture) {
+  attach(GL_FRAMEBUFFER, target_, picture);
+  check_framebuffer("output texture");
+}
+
+void PictureTarget::copy(GLuint from, GLuint to, const Rectangle& part) {
+  attach(GL_READ_FRAMEBUFFER, source_, from);
+  attach(GL_DRAW_FRAMEBUFFER, target_, to);
+  check_framebuffer("output texture");
+  glDisable(GL_SCISSOR_TEST);
+  const int x1 = part.x + part.width, y1 = part.y + part.height;
+  glBlitFramebuffer(part.x, part.y, x1, y1, part.x, part.y, x1, y1, GL_COLOR_BUFFER_BIT,
+                    GL_NEAREST);
+}
+
+void PictureTarget::read() {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, target_.get());
+}
+
 void DepthMaps::resize(int size, int layers) {
   if (size == size_ && layers == layers_) return;
   size_ = size;

@@ -40,6 +40,30 @@ class LightLayer {
   int width_ = 0, height_ = 0;
 };
 
+/// An RGBA texture of a picture.
+class PictureTexture {
+ public:
+  void resize(int width, int height);
+  GLuint get() { return texture_.get(); }
+
+ private:
+  Texture texture_;
+  int width_ = 0, height_ = 0;
+};
+
+/// Draws into pictures' textures, and copies between them.
+class PictureTarget {
+ public:
+  void bind(GLuint picture);
+  void copy(GLuint from, GLuint to, const Rectangle& part);
+  /// Binds what was drawn or copied into last for reading.
+  void read();
+
+ private:
+  void attach(GLenum use, Framebuffer& framebuffer, GLuint picture);
+  Framebuffer target_, source_;
+};
+
 /// Layers of depth maps in one array texture.
 class DepthMaps {
  public:
