@@ -15,8 +15,8 @@ namespace polyhull {
 namespace {
 
 constexpr double near_plane = 0.05;  // metres
-/// Places at which shadows are kept, of all lights together, some 70 bytes each: the strongest lights
-/// that fit are drawn.
+/// Places at which shadows are kept, of all lights together, some 70 bytes each, and as many again in
+/// mirrors: the strongest lights that fit are drawn.
 constexpr double most_shadow_places = 32e6;
 
 /// Adds where the edges of \p scene lie in the circular cone from \p source around \p box: there the
@@ -170,7 +170,8 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
         part =
             intersection(mirror.seen, screen_rectangle(volume, plan.clip_from_scene * mirror.turned,
                                                        frame.width, frame.height));
-      if (!part.empty() && (mirrored_places += grid) > most_shadow_places) part = {};
+      if (!part.empty() && !light.idle) mirrored_places += grid;
+      if (!plan.lights.empty() && mirrored_places > most_shadow_places) part = {};
       if (!settings.skip && !part.empty()) part = whole;
       seen = seen || !part.empty();
     }

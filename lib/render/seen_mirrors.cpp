@@ -46,7 +46,6 @@ Rectangle image_in(const MirrorSearch& search, const SeenMirror& seen) {
   const Mat4 clip = search.clip_from_scene * seen.turned;
   Rectangle images;
   for (const std::span<const Vec3f> points : search.subjects) {
-    if (!frames(mirror, seen.eye, points)) continue;
     const bool in_front = std::any_of(points.begin(), points.end(), [&](const Vec3f& p) {
       return glm::dot(mirror.normal, p) > mirror.offset;
     });
@@ -57,7 +56,7 @@ Rectangle image_in(const MirrorSearch& search, const SeenMirror& seen) {
 }
 
 /// Mirror \p number as \p outer shows it, or as the eye sees it (null); none where it is not seen from
-/// its front.
+/// its front. SeenMirror::sight is 1 where it may show somebody, and not only a shadow.
 std::optional<SeenMirror> see(const MirrorSearch& search, const SeenMirror* outer,
                               std::size_t number) {
   const Mirror& mirror = search.scene.mirrors[number];
@@ -79,6 +78,10 @@ std::optional<SeenMirror> see(const MirrorSearch& search, const SeenMirror* oute
   out.eye = Vec3(turn * Vec4(eye, 1.0));
   out.rays = reflected(outer ? outer->rays : search.rays, mirror.normal);
   out.image = image_in(search, out);
+  const bool framed =
+      std::any_of(search.subjects.begin(), search.subjects.end(),
+                  [&](std::span<const Vec3f> points) { return frames(mirror, out.eye, points); });
+  out.sight = framed ? 1 : 0;
   return out;
 }
 
@@ -103,13 +106,15 @@ std::vector<SeenMirror> all_seen(const MirrorSearch& search) {
   return all;
 }
 
-/// Which of \p all show the largest images, and which show these.
+/// Which of \p all show somebody, in the largest parts of the picture, or the shadow alone, and which show
+/// these.
 std::vector<bool> chosen_of(const std::vector<SeenMirror>& all) {
   std::vector<std::size_t> largest;
   for (std::size_t k = 0; k < all.size(); ++k)
     if (!all[k].image.empty()) largest.push_back(k);
   std::stable_sort(largest.begin(), largest.end(), [&](std::size_t a, std::size_t b) {
-    return area(all[a].image) > area(all[b].image);
+    return std::pair(all[a].sight, area(all[a].image)) >
+           std::pair(all[b].sight, area(all[b].image));
   });
   std::vector<bool> chosen(all.size());
   std::size_t count = 0;
@@ -138,8 +143,11 @@ std::vector<SeenMirror> find_seen_mirrors(const MirrorSearch& search) {
     place[k] = static_cast<int>(out.size());
     SeenMirror& seen = out.emplace_back(std::move(all[k]));
     if (seen.within >= 0) seen.within = place[static_cast<std::size_t>(seen.within)];
-    if (!search.skip) seen.image = {0, 0, search.width, search.height};
-    if (!seen.image.empty()) seen.sight = ++sights;
+    if (!search.skip)
+      seen.image = {0, 0, search.width, search.height};
+    else if (seen.sight == 0)
+      seen.image = {};
+    seen.sight = seen.image.empty() ? 0 : ++sights;
   }
   return out;
 }

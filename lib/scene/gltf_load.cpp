@@ -87,7 +87,7 @@ class Loader {
     if (is_invisible(node)) return;
     const Mat4 to_world = parent_to_world * local_transform(source_, node);
     const int number = static_cast<int>(scene_.nodes.size());
-    scene_.nodes.push_back({node.name, parent, Vec3f(Vec3(to_world[3]))});
+    scene_.nodes.push_back({name_of(node), parent, Vec3f(Vec3(to_world[3]))});
     if (node.mesh >= 0) add_mesh(node, to_world);
     if (node.camera >= 0) add_camera(node, to_world);
     if (const auto light = node.extensions.find("KHR_lights_punctual");
@@ -100,6 +100,13 @@ class Loader {
       add_light(model_.lights[which], node, to_world);
     }
     for (const int child : node.children) add_node(child, to_world, number, depth + 1);
+  }
+
+  /// Its own name, else its mesh's.
+  std::string name_of(const tinygltf::Node& node) const {
+    const bool has_mesh =
+        node.mesh >= 0 && static_cast<std::size_t>(node.mesh) < model_.meshes.size();
+    return node.name.empty() && has_mesh ? model_.meshes[node.mesh].name : node.name;
   }
 
   /// With all that hangs on it.

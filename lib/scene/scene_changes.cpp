@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/error.h"
@@ -120,7 +121,7 @@ void take(const Setting& setting, NodeChange& change) {
         0.001f, 1000.0f);
   } else if (setting.name == "visible") {
     change.visible = setting.value == "yes" || setting.value == "true";
-    if (!change.visible && setting.value != "no" && setting.value != "false")
+    if (!*change.visible && setting.value != "no" && setting.value != "false")
       throw not_understood(setting.word, "visible=yes or visible=no");
   } else {
     throw not_understood(setting.word, "one of move=, turn=, scale= and visible=");
@@ -164,6 +165,28 @@ Mat3 rotation_of(const Vec3f& degrees) {
   return Mat3(glm::rotate(turn, angles.x, Vec3(1, 0, 0)));
 }
 
+Vec3 middle_of(const Bounds& bounds) {
+  return 0.5 * (bounds.min + bounds.max);
+}
+
+bool is_sun(const Light& light, const Bounds& bounds) {
+  return glm::distance(Vec3(light.centre), middle_of(bounds)) >
+         far_away * glm::length(bounds.max - bounds.min);
+}
+
+/// \p point turned about the middle of \p bounds.
+Vec3f around(const Mat3& turn, const Bounds& bounds, const Vec3f& point) {
+  const Vec3 middle = middle_of(bounds);
+  return Vec3f(middle + turn * (Vec3(point) - middle));
+}
+
+/// What several entries add up to can be drawn with (drawable.h), too.
+void hold(Light& light) {
+  light.radiance = glm::min(light.radiance, Vec3f(most_radiance));
+  for (Vec3f* v : {&light.centre, &light.u, &light.v})
+    *v = glm::clamp(*v, Vec3f(-most_away), Vec3f(most_away));
+}
+
 void apply(const LightChange& change, const Bounds& bounds, Light& light) {
   if (change.colour)
     light.radiance =
@@ -178,17 +201,12 @@ void apply(const LightChange& change, const Bounds& bounds, Light& light) {
   }
   if (change.turn != Vec3f(0.0f)) {
     const Mat3 turn = rotation_of(change.turn);
-    const Vec3 middle = 0.5 * (bounds.min + bounds.max), way = Vec3(light.centre) - middle;
-    if (glm::length(way) > far_away * glm::length(bounds.max - bounds.min))
-      light.centre = Vec3f(middle + turn * way);
+    if (is_sun(light, bounds)) light.centre = around(turn, bounds, light.centre);
     light.u = Vec3f(turn * Vec3(light.u));
     light.v = Vec3f(turn * Vec3(light.v));
   }
   light.centre += change.move;
-  // What several entries add up to can be drawn with (drawable.h), too.
-  light.radiance = glm::min(light.radiance, Vec3f(most_radiance));
-  for (Vec3f* v : {&light.centre, &light.u, &light.v})
-    *v = glm::clamp(*v, Vec3f(-most_away), Vec3f(most_away));
+  hold(light);
 }
 
 /// Whether light \p index, called \p name, is meant.
@@ -264,12 +282,14 @@ std::vector<Pose> poses_of(const std::vector<NodeChange>& changes,
     const Vec3 origin(nodes[n].origin);
     Vec3 move(0.0);
     Mat3 turned(1.0);
+    bool visible = true;
     for (const NodeChange& change : changes) {
-      if (change.node != nodes[n].name) continue;
+      if (change.node != nodes[n].name || change.node.empty()) continue;
       move += Vec3(change.move);
       turned = static_cast<double>(change.scale) * rotation_of(change.turn) * turned;
-      pose.visible = pose.visible && change.visible;
+      visible = change.visible.value_or(visible);
     }
+    pose.visible = pose.visible && visible;
     if (move == Vec3(0.0) && turned == Mat3(1.0)) continue;
     pose.moved = pose.moved * glm::translate(Mat4(1.0), origin + move) * Mat4(turned);
     pose.moved = glm::translate(pose.moved, -origin);
@@ -283,10 +303,37 @@ void carry(const Mat4& moved, SceneMesh& mesh) {
   for (Vec3f& n : mesh.normals) n = Vec3f(glm::normalize(normals * Vec3(n)));
 }
 
-void carry(const Mat4& moved, Light& light) {
-  light.centre = Vec3f(moved * Vec4(Vec3(light.centre), 1.0));
-  light.u = Vec3f(Mat3(moved) * Vec3(light.u));
-  light.v = Vec3f(Mat3(moved) * Vec3(light.v));
+/// A lamp that a mesh shows grows with it; another one keeps its power. A sun keeps its distance.
+void carry(const Mat4& moved, const Bounds& bounds, Light& light) {
+  Mat3 turned(moved);
+  if (is_sun(light, bounds)) {
+    turned /= std::cbrt(glm::determinant(turned));
+    light.centre = around(turned, bounds, light.centre);
+  } else {
+    light.centre = Vec3f(moved * Vec4(Vec3(light.centre), 1.0));
+  }
+  const float area = glm::length(glm::cross(light.u, light.v));
+  light.u = Vec3f(turned * Vec3(light.u));
+  light.v = Vec3f(turned * Vec3(light.v));
+  const float now = glm::length(glm::cross(light.u, light.v));
+  if (light.mesh < 0 && area > 0.0f && now > 0.0f) light.radiance *= area / now;
+  hold(light);
+}
+
+/// Throws Error where \p scene is no longer to be drawn.
+void check_reach(const Scene& scene) {
+  const auto within = [](const Vec3f& p) {
+    return glm::all(glm::lessThanEqual(glm::abs(p), Vec3f(most_given)));
+  };
+  const auto whole = [&](const Vec3f& direction) { return glm::dot(direction, direction) < 2.0f; };
+  for (const SceneMesh& mesh : scene.meshes)
+    if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), within) ||
+        !std::all_of(mesh.normals.begin(), mesh.normals.end(), whole))
+      throw Error(
+          Error::Kind::bad_input,
+          "The nodes of the scene '{}' are moved or scaled so that '{}' reaches beyond 1e6 m or "
+          "shrinks to nothing; expected smaller changes.",
+          scene.name, mesh.name);
 }
 
 /// Takes the meshes of nodes that are not visible out, and the light from their lights.
@@ -314,15 +361,17 @@ std::string change_nodes(const std::vector<NodeChange>& changes, Scene& scene) {
   if (changes.empty()) return {};
   if (scene.nodes.empty()) name_nodes(scene);
   const std::vector<Pose> poses = poses_of(changes, scene.nodes);
+  const Bounds bounds = scene_bounds(scene);
   for (SceneMesh& mesh : scene.meshes)
     if (mesh.node >= 0 && poses[static_cast<std::size_t>(mesh.node)].moved != Mat4(1.0))
       carry(poses[static_cast<std::size_t>(mesh.node)].moved, mesh);
   for (Light& light : scene.lights)
     if (light.node >= 0 && poses[static_cast<std::size_t>(light.node)].moved != Mat4(1.0))
-      carry(poses[static_cast<std::size_t>(light.node)].moved, light);
+      carry(poses[static_cast<std::size_t>(light.node)].moved, bounds, light);
   hide(poses, scene);
   scene.mirrors = find_mirrors(scene);
-  scene_bounds(scene);  // which there must be
+  check_reach(scene);
+  scene_bounds(scene);  // throws where nothing is left
   std::string missing;
   std::vector<std::string> there;
   for (const SceneNode& node : scene.nodes)

@@ -17,8 +17,9 @@
 /// Of nodes, with all that hangs on them, children and lights:
 /// - `move`, `turn`, `scale`: likewise along the scene's axes, through the node's own origin, from where
 ///   the file has it; what a node above it does comes on top;
-/// - `visible`: yes or no; what is not neither shines.
-/// Of entries for the same light or node all hold, the later ones after the earlier ones.
+/// - `visible`: yes or no; a hidden lamp gives no light.
+/// Of entries for the same light or node all hold, the later ones after the earlier ones; of `visible`
+/// the last one. Cameras stay where the file has them, and of a sun only the direction follows its node.
 #pragma once
 
 #include <optional>
@@ -53,15 +54,16 @@ struct NodeChange {
   Vec3f move{0.0f};
   Vec3f turn{0.0f};
   float scale = 1.0f;
-  bool visible = true;
+  std::optional<bool> visible;
 };
 
-/// Throws Error (bad_input) that says which part of \p text is not understood.
+/// Throws Error (bad_input) that says which part of \p text is not understood, as parse_light_changes().
 std::vector<NodeChange> parse_node_changes(std::string_view text);
 
 /// Changes \p scene, as its file gave it; in one that has no nodes each mesh is a node with its name
 /// and the scene's origin. Lights stay as many as they are. Returns which nodes are named that are not
-/// there, as change_lights(). Throws Error where nothing is left to be seen.
+/// there, as change_lights(). Throws Error (bad_input) where nothing is left to be seen, or anything is
+/// beyond 1e6 m.
 std::string change_nodes(const std::vector<NodeChange>& changes, Scene& scene);
 
 /// Whether a mesh of \p scene that shows a light is elsewhere than that light of \p lights; lights beyond

@@ -26,9 +26,9 @@ std::unique_ptr<OpenedScene> opened(const SceneFile& file, const SceneSettings& 
       settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
                            : std::filesystem::path();
   Scene scene = open_scene(file.name, folder);
-  out->nodes_missing = change_nodes(parse_node_changes(file.nodes), scene);
   out->assumed = scene.lights.empty();
-  if (out->assumed) assume_light(scene);
+  if (out->assumed) assume_light(scene);  // of the file's poses: it stays where nodes move
+  out->nodes_missing = change_nodes(parse_node_changes(file.nodes), scene);
   out->lights = scene.lights;
   out->exposure = scene.exposure;
   out->bounds = scene_bounds(scene);
@@ -74,6 +74,7 @@ void Scenes::open(const SceneSettings& settings) {
 
 void Scenes::close() {
   wanted_.reset();
+  latest_.reset();
   stop_ = true;
   loading_ = {};  // waits for it
   stop_ = false;
@@ -114,8 +115,12 @@ bool Scenes::make_ready(const SceneSettings& settings, const SceneWish& wish) {
 bool Scenes::follow(const SceneSettings& settings, const SceneWish& wish) {
   if (settings.scene_choice != choice_) {
     choice_ = settings.scene_choice;
-    wanted_ = file_of(settings);
+    latest_ = file_of(settings);
   }
+  // Poses that come faster than they are lit do not hold each other up: one is shown, then the latest.
+  const bool on_the_way = wish.live && wanted_ && latest_ && wanted_->name == latest_->name &&
+                          wanted_->version == latest_->version;
+  if (latest_ && !on_the_way) wanted_ = std::exchange(latest_, std::nullopt);
   if (wanted_ && *wanted_ == shown_->file) wanted_.reset();
   if (!wanted_) return false;
   const bool followed = !wish.live || wish.followed(*wanted_);

@@ -57,7 +57,7 @@ class Scenes {
   OpenedScene& shown() const { return *shown_; }
 
   /// Whether another scene than shown() is being made ready.
-  bool is_awaited() const { return wanted_.has_value(); }
+  bool is_awaited() const { return wanted_ || latest_; }
 
   /// Goes over to the scene of \p settings once it can be drawn; true if shown() is another now. One
   /// that cannot be opened is said, and the last one stays until the scene is set again.
@@ -69,10 +69,11 @@ class Scenes {
 
   SceneVersions versions_;
   std::uint64_t choice_ = 0;         // SceneSettings::scene_choice that has been looked at
-  std::optional<SceneFile> wanted_;  // in the place of what is shown
+  std::optional<SceneFile> wanted_;  // in the place of what is shown, and
+  std::optional<SceneFile> latest_;  // after that
   std::unique_ptr<OpenedScene> shown_, before_, next_;
   SceneFile under_way_;             // of loading_
-  std::atomic<bool> stop_ = false;  // that, whose result nobody wants
+  std::atomic<bool> stop_ = false;  // whether loading_ is to end early
   std::future<std::unique_ptr<OpenedScene>> loading_;
 };
 

@@ -39,7 +39,7 @@ struct Stage {
     frame.lights = scene.lights;
     frame.subjects.push_back({&mesh, {}, 1});
     plan = plan_frame(frame, {}, scene_bounds(scene));
-    layer.set(traced.get(), {pixels_from_scene(frame.viewport), width, height, 4, {}, -1});
+    layer.set(traced.get(), {pixels_from_scene(frame.viewport), width, height, 4, {}});
     layer.ensure_middles({0, 0, width, height});
   }
   int stride = 5;  // of the pixels that are compared

@@ -245,6 +245,10 @@ TEST(NodeChangesTest, WhatIsHiddenIsGone) {
   EXPECT_EQ(with("frame visible=no").meshes.size(), 2u) << "with all below";
   EXPECT_EQ(with("frame visible=no; door visible=yes").meshes.size(), 2u);
   EXPECT_THROW(with("house visible=no"), Error);
+  EXPECT_EQ(with("door visible=no; door visible=yes").meshes.size(), with("").meshes.size());
+  std::string often;
+  for (int i = 0; i < 13; ++i) often += "door scale=1000;";
+  EXPECT_THROW(with(often), Error) << "beyond all reach";
 }
 
 TEST(NodeChangesTest, NamesAndWords) {

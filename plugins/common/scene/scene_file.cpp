@@ -17,8 +17,9 @@ constexpr int niceness = 5;  // of 19: a quarter of the time beside one busy thr
 
 SceneFile SceneVersions::of(const std::string& path) {
   if (path.empty() || path == "builtin:room") return {"builtin:room"};
-  const std::string name = std::filesystem::absolute(path).lexically_normal().string();
   std::error_code gone;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, gone);
+  const std::string name = gone ? path : absolute.lexically_normal().string();
   const auto written = std::filesystem::last_write_time(name, gone);
   const auto found = seen_.find(name);
   if (gone) return {name, found == seen_.end() ? 0 : found->second.version};

@@ -5,8 +5,9 @@
 ///
 /// A scene that comes while playing would hold up the frame in which composite reads its file. So
 /// scenesrc, once it begins to load it, asks downstream with each frame by the custom query
-/// "polyhull-scene" (fields `scene`, a string, `version`, an int, and `nodes`, a string), upon which composite loads it,
-/// too; the answer is the field `ready`, a boolean. Where nobody answers nobody needs it.
+/// "polyhull-scene" (fields `scene`, a string, `version`, an int, and `nodes`, a string), upon which
+/// composite loads it, too; the answer is the field `ready`, a boolean. Without an answer the scene is
+/// shown as soon as scenesrc has it.
 #pragma once
 
 #include <gst/gst.h>
@@ -45,7 +46,8 @@ class SceneVersions {
 
 /// Lets the calling thread give way to those that make pictures.
 void give_way();
-/// Starts the process's pool of threads, if it is not, which would else give way as its maker does.
+/// Starts the process's pool of threads, unless it runs: started by a thread that gives way it would
+/// give way, too.
 void start_pool();
 
 /// Does \p work on a thread of its own that gives way.
