@@ -135,9 +135,13 @@ TEST(AssumedLight, BecomesBrighterWithoutANewLight) {
     EXPECT_NEAR(second.second[i].x, 2.0f * first.second[i].x, 1e-5f);
     EXPECT_EQ(none.second[i], Vec3f(0.0f));
   }
-  // The sky alone is other light.
-  EXPECT_EQ(background.update(camera, scene.lights, 0.1f, 0.5f), Background::Work::lit);
+  // Where the sky alone is another, what the sun gives more is added: the picture of a new light.
+  EXPECT_EQ(background.update(camera, scene.lights, 0.1f, 0.5f), Background::Work::drawn);
   EXPECT_EQ(background.update(camera, scene.lights, 0.1f, 0.5f), Background::Work::none);
+  Background anew(scene, settings(false, ViewMethod::raster));
+  EXPECT_EQ(anew.update(camera, scene.lights, 0.1f, 0.5f), Background::Work::lit);
+  for (std::size_t i = 0; i < first.second.size(); ++i)
+    EXPECT_LT(glm::length(background.picture()[i] - anew.picture()[i]), 1e-4f);
 }
 
 }  // namespace
