@@ -76,7 +76,7 @@ struct RenderSubject {
   /// of the same content. Null: by triangles.
   std::shared_ptr<const ImageSubject> image;
   SubjectLighting lighting = SubjectLighting::off;
-  float relight = 1.0f;  ///< of SubjectLighting::relit: from 0, as shade, to 1
+  float relight = 0.5f;  ///< of SubjectLighting::relit: from 0, as shade, to 1
   Grade grade;           ///< of its colours in that light
 };
 
@@ -116,7 +116,7 @@ struct PlacedSubject {
   std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
   std::uint64_t content = 0;                  ///< as RenderSubject::content
   SubjectLighting lighting = SubjectLighting::off;
-  float relight = 1.0f;  ///< as RenderSubject::relight
+  float relight = 0.5f;  ///< as RenderSubject::relight
   Grade grade;           ///< as RenderSubject::grade
   /// Of a shaded or relit subject in a scene with light, else null; plan_frame() leaves it to
   /// Renderer::plan().

@@ -300,8 +300,7 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           "The light that the subject is seen in. With shade it darkens in the scene's shadows and "
           "goes through pools of light: its colours are multiplied by the scene's light where each "
           "part of it is, relative to the light a metre above the scene's origin. With relit it is "
-          "also "
-          "shaded by the way each part faces that light."),
+          "also shaded by the way each part faces that light."),
       property<&S::relight>("relight", "Relight",
                             "How much of the shading that the scene's light gives the body's form "
                             "light=relit draws (0 "

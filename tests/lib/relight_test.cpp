@@ -47,6 +47,7 @@ struct Stage {
     frame.scene = std::make_shared<const Scene>(std::move(scene));
     traced = std::make_unique<TracedScene>(*frame.scene);
     frame.subjects.push_back({&mesh, {}, 0, nullptr, SubjectLighting::relit});
+    frame.subjects.back().relight = 1.0f;
     const RenderPlan plan = plan_frame(frame, {}, scene_bounds(*frame.scene));
     lattice = light.around(plan.subjects.at(0), frame, *traced);
   }
