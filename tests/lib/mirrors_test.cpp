@@ -204,6 +204,26 @@ TEST_P(MirrorsTest, EachFaceOfAMeshIsAMirror) {
   EXPECT_EQ(stage.composite(*renderer, settings).pixels, wanted.pixels);
 }
 
+// By way of a mirror the eye sees farther than anything is from it.
+TEST_P(MirrorsTest, FarImagesAreNotCutOff) {
+  Scene scene;
+  add_pane(scene, {-1.2f, 0.0f, -3.4f}, {2.4f, 0.0f, 0.0f}, 2.4f);
+  Stage stage(160, 90);
+  stage.fill_background(150);
+  stage.frame.scene = std::make_shared<const Scene>(std::move(scene));
+  stage.frame.lights.clear();
+  stage.frame.viewport = synthetic::look_at({1.0, 1.2, 3.2}, {0.2, 1.0, 0.0}, 160, 90, 50);
+  RenderSettings settings, without;
+  without.mirror = MirrorMode::off;
+  const auto renderer = make_renderer();
+  const Picture shown = stage.composite(*renderer, settings);
+  const Picture bare = stage.composite(*renderer, without);
+  int image = 0;
+  for (int y = 0; y < 90; ++y)
+    for (int x = 0; x < 160; ++x) image += seen_apart(shown, bare, x, y) > 6;
+  EXPECT_GT(image, 100);
+}
+
 // Whatever of the mirrors comes into view, goes, or is hidden by the other.
 TEST_P(MirrorsTest, SkippingChangesNoBit) {
   Stage stage(160, 90);
