@@ -234,8 +234,10 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                                                        whole));
   }
   if (frame.scene && !frame.scene->meshes.empty()) {
-    if (settings.mirror != MirrorMode::off) plan_mirrors(frame, settings, viewport, plan);
-    set_clip(frame, viewport, everything, plan);
+    if (settings.mirror != MirrorMode::off) {
+      plan_mirrors(frame, settings, viewport, plan);
+      set_clip(frame, viewport, everything, plan);
+    }
     if (settings.shadow != ShadowQuality::off)
       plan_shadows(frame, settings, people, everything, plan);
   }

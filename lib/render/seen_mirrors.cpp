@@ -79,6 +79,7 @@ std::optional<SeenMirror> see(const MirrorSearch& search, const SeenMirror* oute
   out.rays = reflected(outer ? outer->rays : search.rays, mirror.normal);
   out.image = image_in(search, out);
   const bool framed =
+      !out.image.empty() &&
       std::any_of(search.subjects.begin(), search.subjects.end(),
                   [&](std::span<const Vec3f> points) { return frames(mirror, out.eye, points); });
   out.sight = framed ? 1 : 0;

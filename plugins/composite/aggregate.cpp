@@ -126,8 +126,7 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
 }
 
 /// The composite of \p frame, whose reference it takes, of the stream time \p time, in a stream that is
-/// \p live or not; null: the pool is
-/// flushing. \p place is set where it is still to be taken from there.
+/// \p live or not; null: the pool is flushing. \p place is set where it is still to be taken from there.
 GstBuffer* compose(Composite& self, const CompositeSettings& settings, GstBuffer* frame,
                    GstClockTime time, bool live, const std::vector<GstAggregatorPad*>& meshes,
                    std::optional<unsigned>& place) {

@@ -99,7 +99,6 @@ class FrameComposer {
   void reset();
 
  private:
-  OpenScenes::Open announced_scene();
   const OpenScenes::Open& own_scene(const CompositeSettings& settings, bool live);
   OpenScenes::Open with_lamps(const OpenScenes::Open& open);
   void set_scene(const CompositeSettings& settings, bool live);

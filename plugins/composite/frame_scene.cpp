@@ -15,11 +15,6 @@ SceneFile scene_of(const Announcement& announcement) {
 
 }  // namespace
 
-/// What the background announces, read already.
-OpenScenes::Open FrameComposer::announced_scene() {
-  return scenes_.now(scene_of(*announcement_));
-}
-
 /// That of the properties. Where another one comes while playing, the last one stays until it is loaded,
 /// if the stream is live, and where it cannot be.
 const OpenScenes::Open& FrameComposer::own_scene(const CompositeSettings& settings, bool live) {
@@ -66,20 +61,19 @@ OpenScenes::Open FrameComposer::with_lamps(const OpenScenes::Open& open) {
 
 /// The scene and its light: the background's, else those of the properties.
 void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
-  const bool announced = announcement_ && !announcement_->scene.empty();
-  OpenScenes::Open open = announced ? announced_scene() : own_scene(settings, live);
-  if (announced) {
+  const auto use = [&](const OpenScenes::Open& open) {
+    frame_.scene = open.scene;
+    frame_.traced = open.traced;
+  };
+  if (announcement_ && !announcement_->scene.empty()) {
     frame_.lights = announcement_->lights;
-    open = with_lamps(open);
-  }
-  frame_.scene = open.scene;
-  frame_.traced = open.traced;
-  if (announced) {
+    use(with_lamps(scenes_.now(scene_of(*announcement_))));  // read already
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
     frame_.sky = announcement_->sky;
     return;
   }
+  use(own_scene(settings, live));
   frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
   frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)
                     : frame_.scene          ? frame_.scene->exposure

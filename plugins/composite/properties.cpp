@@ -113,9 +113,8 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or builtin:room. "
           "Used where the background does not announce its scene; unset, there is then no scene: "
           "nothing hides the subject, and it throws no shadow. While playing the next one is "
-          "loaded "
-          "beside the last one, which live frames have until then; a file that was written anew is "
-          "loaded again when it is set again."),
+          "loaded beside the last one, which live frames have until then; a file that was written "
+          "anew is loaded again when it is set again."),
       property<&S::exposure>(
           "exposure", "Exposure",
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "
@@ -303,18 +302,15 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           "also shaded by the way each part faces that light."),
       property<&S::relight>("relight", "Relight",
                             "How much of the shading that the scene's light gives the body's form "
-                            "light=relit draws (0 "
-                            "to 1): 0 is as shade.",
+                            "light=relit draws (0 to 1): 0 is as shade.",
                             0, 1),
       property<&S::match>(
           "match", "Match",
           "Set to true, sets exposure and the slopes once to what a white surface is in the "
-          "scene's "
-          "light where the subject stands, from the next frame on, and is false again."),
+          "scene's light where the subject stands, from the next frame on, and is false again."),
       property<&S::exposure>("exposure", "Exposure",
                              "By how many stops the subject is made brighter (-10 to 10), with its "
-                             "mirror image and in "
-                             "linear light.",
+                             "mirror image and in linear light.",
                              -10, 10),
       property<&S::slope_red>(
           "slope-red", "Slope, red",

@@ -91,28 +91,24 @@ constexpr Property<S> table[] = {
     changes_property<&S::nodes, parse_node_changes>(
         "nodes", "Nodes",
         "How nodes of the scene differ from what its file says, with all that hangs on them: "
-        "entries "
-        "with semicolons between, each the name of a node (with spaces in quotes) and what of "
+        "entries with semicolons between, each the name of a node (with spaces in quotes) and what "
+        "of "
         "move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z, through the node's "
         "origin), scale=FACTOR and visible=yes or no changes. It is another scene, and comes as "
         "such.",
         "node changes as in door turn=0,80,0; vase move=0.5,0,0 scale=2; chair visible=no, with "
-        "finite "
-        "numbers"),
+        "finite numbers"),
     changes_property<&S::lights, parse_light_changes>(
         "lights", "Lights",
         "How lights differ from what the scene's file says: entries with semicolons between, each "
-        "the "
-        "name of a light (with spaces in quotes), its number from 1 on or * for all, and what of "
+        "the name of a light (with spaces in quotes), its number from 1 on or * for all, and what "
+        "of "
         "intensity=FACTOR, colour=RED,GREEN,BLUE (linear; 1 as bright as the light's strongest "
         "channel), move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z) and "
-        "size=FACTOR "
-        "changes. What moves a light has the scene's light computed anew; its brightness and "
-        "colour "
-        "do not.",
+        "size=FACTOR changes. What moves a light has the scene's light computed anew; its "
+        "brightness and colour do not.",
         "light changes as in lamp intensity=0.5 colour=1,0.8,0.6; 2 move=0,-0.2,0 turn=0,90,0 "
-        "size=2, "
-        "with finite numbers and no factor below 0"),
+        "size=2, with finite numbers and no factor below 0"),
     property<&S::light_intensity>(
         "light-intensity", "Light intensity",
         "Factor on the brightness of all lights, 0 to 100. A change costs one new picture.", 0.0,
