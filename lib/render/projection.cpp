@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
+#include "base/rotation.h"
 #include "mesh/world.h"
 
 namespace polyhull {
@@ -129,11 +130,7 @@ Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement) {
   const Mat4 base = scene_from_world(mesh.up, mesh.metres_per_unit);
   if (mesh.hull.vertices.empty()) return base;
   const Vec3 pivot = pivot_of(mesh, placement, base);
-  const Vec3 angles = glm::radians(placement.rotate);
-  Mat4 m = glm::translate(Mat4(1.0), pivot + placement.translate);
-  m = glm::rotate(m, angles.z, Vec3(0, 0, 1));
-  m = glm::rotate(m, angles.y, Vec3(0, 1, 0));
-  m = glm::rotate(m, angles.x, Vec3(1, 0, 0));
+  Mat4 m = glm::translate(Mat4(1.0), pivot + placement.translate) * rotation_of(placement.rotate);
   m = glm::scale(m, Vec3(placement.scale));
   return glm::translate(m, -pivot) * base;
 }

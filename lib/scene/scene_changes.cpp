@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/error.h"
+#include "base/rotation.h"
 
 namespace polyhull {
 namespace {
@@ -157,14 +158,6 @@ std::string missing_words(const std::string& scene, const char* kind, const std:
                      list.empty() ? "none" : list);
 }
 
-/// About x, then y, then z.
-Mat3 rotation_of(const Vec3f& degrees) {
-  const Vec3 angles = glm::radians(Vec3(degrees));
-  Mat4 turn = glm::rotate(Mat4(1.0), angles.z, Vec3(0, 0, 1));
-  turn = glm::rotate(turn, angles.y, Vec3(0, 1, 0));
-  return Mat3(glm::rotate(turn, angles.x, Vec3(1, 0, 0)));
-}
-
 Vec3 middle_of(const Bounds& bounds) {
   return 0.5 * (bounds.min + bounds.max);
 }
@@ -200,7 +193,7 @@ void apply(const LightChange& change, const Bounds& bounds, Light& light) {
     light.radiance /= size * size;
   }
   if (change.turn != Vec3f(0.0f)) {
-    const Mat3 turn = rotation_of(change.turn);
+    const Mat3 turn(rotation_of(change.turn));
     if (is_sun(light, bounds)) light.centre = around(turn, bounds, light.centre);
     light.u = Vec3f(turn * Vec3(light.u));
     light.v = Vec3f(turn * Vec3(light.v));
@@ -286,7 +279,7 @@ std::vector<Pose> poses_of(const std::vector<NodeChange>& changes,
     for (const NodeChange& change : changes) {
       if (change.node != nodes[n].name || change.node.empty()) continue;
       move += Vec3(change.move);
-      turned = static_cast<double>(change.scale) * rotation_of(change.turn) * turned;
+      turned = static_cast<double>(change.scale) * Mat3(rotation_of(change.turn)) * turned;
       visible = change.visible.value_or(visible);
     }
     pose.visible = pose.visible && visible;
