@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Holds a picture of composite against the path-traced truth: the same room, seen by the same
+// Holds a picture of composite against the path-traced truth: the same scene, seen by the same
 // camera, with rigtestsrc's true figure standing in it instead of the hull. The figure shows the
 // colours of the studio (matched lighting), throws a shadow, is mirrored and blocks the light that
 // walls reflect. Prints the PSNR of the whole picture and of the regions subject, mirror image and
@@ -19,6 +19,7 @@
 #include "raytrace/path_tracer.h"
 #include "rig/rig.h"
 #include "scene/scene.h"
+#include "scene/scene_changes.h"
 #include "studio/figure/subject.h"
 
 using namespace polyhull;
@@ -61,11 +62,23 @@ void mark_shadow(const Picture& truth, const Picture& empty, std::vector<Region>
   }
 }
 
-// The figure in the default rig's world, which is the scene's: metres, y up.
-TracedSubject true_figure(double seconds) {
+// The scene as scenesrc shows it with these changes of nodes and lights.
+Scene changed_scene(const std::string& name, const std::string& nodes, const std::string& lights) {
+  Scene scene = open_scene(name);
+  std::string missing = change_nodes(parse_node_changes(nodes), scene);
+  std::vector<Light> changed = scene.lights;
+  missing += change_lights(parse_light_changes(lights), scene_bounds(scene), scene.name, changed);
+  if (!missing.empty()) throw Error(Error::Kind::not_found, "{}", missing);
+  for (std::size_t i = 0; i < changed.size(); ++i) set_light(scene, i, changed[i]);
+  scene.mirrors = find_mirrors(scene);
+  return scene;
+}
+
+// The figure in the default rig's world, moved in that of the scene: metres, y up.
+TracedSubject true_figure(double seconds, const Vec3f& place) {
   const TruthMesh truth = truth_mesh(*open_subject(""), default_rig(), seconds);
   TracedSubject subject;
-  subject.positions.assign(truth.positions.begin(), truth.positions.end());
+  for (const Vec3f& position : truth.positions) subject.positions.push_back(position + place);
   subject.triangles = truth.triangles;
   subject.colour = [colours = truth.colours, triangles = truth.triangles](std::uint32_t t, float u,
                                                                           float v, const Vec3f&) {
@@ -140,16 +153,21 @@ Picture side_by_side(const Picture& picture, const Picture& truth, const Picture
 }  // namespace
 
 int main(int argc, char** argv) {
-  CommandLine command(
-      "polyhull-truth",
-      "Holds a picture of composite over the built-in room against the path-traced truth.");
-  std::string picture_file, output = "truth.png";
+  CommandLine command("polyhull-truth",
+                      "Holds a picture of composite over a scene against the path-traced truth.");
+  std::string picture_file, scene_name, nodes, lights, output = "truth.png";
   double seconds = 0.0, fov = 52.0;
   int shrink_by = 2;
   std::uint32_t samples = 24;
-  std::vector<double> eye{0.0, 1.5, 2.7}, target{0.0, 0.98, 0.0};
+  std::vector<double> eye{0.0, 1.5, 2.7}, target{0.0, 0.98, 0.0}, place{0.0, 0.0, 0.0};
   command.option("picture", &picture_file, "PNG of composite").required();
   command.option("--seconds", &seconds, "Stream time of the picture: the instant of the figure");
+  command.option("--scene", &scene_name, "As of scenesrc; the built-in room where it is not given");
+  command.option("--nodes", &nodes, "As of scenesrc");
+  command.option("--lights", &lights, "As of scenesrc");
+  command.option("--place", &place, "Where the stage's middle is in the scene: x y z, metres")
+      .expected(3)
+      .shown();
   command.option("--eye", &eye, "Viewport: x y z, metres").expected(3).shown();
   command.option("--target", &target, "Middle of the picture: x y z, metres").expected(3);
   command.option("--fov", &fov, "Angle from lower to upper edge, degrees").shown();
@@ -160,12 +178,11 @@ int main(int argc, char** argv) {
     const Picture picture = shrink(load_picture(picture_file, 4), shrink_by);
     const Camera camera = look_at({eye[0], eye[1], eye[2]}, {target[0], target[1], target[2]}, fov,
                                   picture.width, picture.height);
-    const Scene scene = room_scene();
-    TracedScene traced(scene);
+    TracedScene traced(changed_scene(scene_name, nodes, lights));
     PathOptions options;
     options.light_samples = 4;
     const Picture empty = trace_picture(traced, camera, samples, options);
-    traced.set_subjects({true_figure(seconds)});
+    traced.set_subjects({true_figure(seconds, {place[0], place[1], place[2]})});
     const Picture truth = trace_picture(traced, camera, samples, options);
     std::vector<Region> regions = find_regions(traced, camera);
     mark_shadow(truth, empty, regions);

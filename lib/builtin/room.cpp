@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/error.h"
 #include "builtin/kept_pictures.h"
 #include "builtin/room_textures.h"
 #include "builtin/shapes.h"
@@ -12,8 +13,7 @@
 namespace polyhull {
 namespace {
 
-constexpr float half = 3.2f;     // metres from the middle to each wall
-constexpr float ceiling = 3.0f;  // metres
+constexpr float half = room_half, ceiling = room_height;
 constexpr float pi = std::numbers::pi_v<float>;
 
 class Room {
@@ -365,8 +365,17 @@ Scene room_scene(const std::filesystem::path& folder) {
   return room;
 }
 
+bool is_builtin_scene(const std::string& name) {
+  return name.empty() || name.starts_with("builtin:");
+}
+
 Scene open_scene(const std::string& name, const std::filesystem::path& folder) {
-  return name.empty() || name == "builtin:room" ? room_scene(folder) : load_scene(name);
+  if (!is_builtin_scene(name)) return load_scene(name);
+  if (name.empty() || name == "builtin:room") return room_scene(folder);
+  if (name == "builtin:apartment") return apartment_scene(folder);
+  throw Error(Error::Kind::not_found,
+              "There is no scene '{}': those that ship are builtin:room and builtin:apartment",
+              name);
 }
 
 }  // namespace polyhull

@@ -110,7 +110,8 @@ std::span<const Property<CompositeSettings>> composite_properties() {
   static const Property<S> table[] = {
       property<&S::scene>(
           "scene", "Scene",
-          "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or builtin:room. "
+          "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or one that ships, "
+          "builtin:room or builtin:apartment. "
           "Used where the background does not announce its scene; unset, there is then no scene: "
           "nothing hides the subject, and it throws no shadow. While playing the next one is "
           "loaded beside the last one, which live frames have until then; a file that was written "

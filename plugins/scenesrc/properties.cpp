@@ -66,7 +66,9 @@ constexpr double far = 1e6;
 constexpr Property<S> table[] = {
     property<&S::scene>(
         "scene", "Scene",
-        "Path of a glTF 2.0 file (.glb or .gltf) in metres, y up. Empty: the built-in room. While "
+        "Path of a glTF 2.0 file (.glb or .gltf) in metres, y up, or one that ships, builtin:room "
+        "(empty, "
+        "too) or builtin:apartment. While "
         "playing the next one is loaded beside the last one, which a live source shows until then; "
         "a file that was written anew is loaded again when it is set again."),
     property<&S::camera>("camera", "Camera",

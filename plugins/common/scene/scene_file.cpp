@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "base/thread_pool.h"
+#include "builtin/room.h"
 
 namespace polyhull::element {
 namespace {
@@ -16,7 +17,8 @@ constexpr int niceness = 5;  // of 19: a quarter of the time beside one busy thr
 }  // namespace
 
 SceneFile SceneVersions::of(const std::string& path) {
-  if (path.empty() || path == "builtin:room") return {"builtin:room"};
+  if (path.empty()) return {"builtin:room"};
+  if (is_builtin_scene(path)) return {path};
   std::error_code gone;
   const std::filesystem::path absolute = std::filesystem::absolute(path, gone);
   const std::string name = gone ? path : absolute.lexically_normal().string();
