@@ -25,7 +25,8 @@ TracedScene::TracedScene(Scene scene) : scene_(std::move(scene)) {
   for (std::size_t i = 0; i < scene_.lights.size(); ++i)
     if (scene_.lights[i].mesh >= 0) light_of_mesh_.at(scene_.lights[i].mesh) = static_cast<int>(i);
   planar_mirror_.assign(scene_.meshes.size(), 0);
-  for (const Mirror& mirror : scene_.mirrors) planar_mirror_.at(mirror.mesh) = 1;
+  for (const Mirror& mirror : scene_.mirrors)
+    for (const int mesh : mirror.meshes) planar_mirror_.at(mesh) = 1;
   mirror_lights();
 }
 
@@ -181,8 +182,7 @@ Vec3f mirrored_share(const TracedScene& scene, const MirroredLight& light, const
   ray.origin = origin;
   ray.direction = sample.place - origin;
   const RayHit hit = scene.caster().intersect(ray);
-  if (hit.mesh != static_cast<std::uint32_t>(mirror.mesh) || hit.distance >= 1.0f)
-    return Vec3f(0.0f);
+  if (!mirror.has(hit.mesh) || hit.distance >= 1.0f) return Vec3f(0.0f);
   const Vec3f met = origin + hit.distance * ray.direction;
   // A mesh may have several planes.
   if (std::abs(glm::dot(met, mirror.normal) - mirror.offset) > 10.0f * scene.epsilon())
@@ -195,7 +195,7 @@ Vec3f mirrored_share(const TracedScene& scene, const MirroredLight& light, const
       onward.origin;
   onward.far = 1.0f - 1e-4f;
   if (scene.caster().occluded(onward)) return Vec3f(0.0f);
-  const Material& material = scene.scene().materials[scene.scene().meshes[mirror.mesh].material];
+  const Material& material = scene.scene().materials[scene.scene().meshes[hit.mesh].material];
   const float cosine = std::abs(glm::dot(glm::normalize(ray.direction), mirror.normal));
   return fresnel(material.f0(), cosine);
 }

@@ -16,7 +16,7 @@ int area(const Rectangle& r) {
 }
 
 const Material& material_of(const Scene& scene, std::size_t mirror) {
-  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(scene.mirrors[mirror].mesh)];
+  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(scene.mirrors[mirror].meshes[0])];
   return scene.materials[static_cast<std::size_t>(mesh.material)];
 }
 

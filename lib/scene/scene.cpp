@@ -38,6 +38,30 @@ bool same_plane(const Vec3f& normal, float offset, const Plane& plane) {
          std::abs(offset - plane.offset) < 1e-4f * (1.0f + std::abs(plane.offset));
 }
 
+/// The planes of a mesh; none where it has so many that it is curved.
+std::vector<Plane> planes_of(const SceneMesh& mesh) {
+  std::vector<Plane> planes;
+  for (std::size_t i = 0; i < mesh.triangles.size() / 3; ++i) {
+    const std::optional<Plane> own = plane_of(mesh, i);
+    if (!own) continue;
+    auto plane = std::find_if(planes.begin(), planes.end(), [&](const Plane& other) {
+      return same_plane(other.normal, other.offset, *own);
+    });
+    if (plane == planes.end()) {
+      if (planes.size() == most_planes_of_a_mesh) return {};
+      planes.push_back({own->normal, own->offset, {}});
+      plane = planes.end() - 1;
+    }
+    plane->points.insert(plane->points.end(), own->points.begin(), own->points.end());
+  }
+  return planes;
+}
+
+/// Whether what lies in one plane is one mirror where it has these materials.
+bool alike(const Material& a, const Material& b) {
+  return a.f0() == b.f0() && a.metallic == b.metallic && a.only_mirrors() == b.only_mirrors();
+}
+
 /// The convex hull of the plane's points, counter-clockwise around the normal.
 std::vector<Vec3f> outline_of(const Plane& plane) {
   const Vec3f aside =
@@ -62,27 +86,25 @@ Vec3f Material::f0() const {
 
 std::vector<Mirror> find_mirrors(const Scene& scene) {
   std::vector<Mirror> mirrors;
+  std::vector<Plane> planes;  // of each mirror
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    const SceneMesh& mesh = scene.meshes[m];
-    if (!scene.materials.at(mesh.material).is_mirror()) continue;
-    std::vector<Plane> planes;
-    for (std::size_t i = 0; i < mesh.triangles.size() / 3; ++i) {
-      const std::optional<Plane> own = plane_of(mesh, i);
-      if (!own) continue;
-      auto plane = std::find_if(planes.begin(), planes.end(), [&](const Plane& other) {
-        return same_plane(other.normal, other.offset, *own);
-      });
-      if (plane == planes.end()) {
-        planes.push_back({own->normal, own->offset, {}});
-        plane = planes.end() - 1;
-        if (planes.size() > most_planes_of_a_mesh) break;
+    const Material& material = scene.materials.at(scene.meshes[m].material);
+    if (!material.is_mirror()) continue;
+    for (Plane& own : planes_of(scene.meshes[m])) {
+      std::size_t k = 0;
+      while (k < mirrors.size() &&
+             !(same_plane(planes[k].normal, planes[k].offset, own) &&
+               alike(scene.materials[scene.meshes[mirrors[k].meshes[0]].material], material)))
+        ++k;
+      if (k == mirrors.size()) {
+        mirrors.push_back({{}, own.normal, own.offset, {}});
+        planes.push_back({own.normal, own.offset, {}});
       }
-      plane->points.insert(plane->points.end(), own->points.begin(), own->points.end());
+      mirrors[k].meshes.push_back(static_cast<int>(m));
+      planes[k].points.insert(planes[k].points.end(), own.points.begin(), own.points.end());
     }
-    if (planes.size() > most_planes_of_a_mesh) continue;
-    for (const Plane& plane : planes)
-      mirrors.push_back({static_cast<int>(m), plane.normal, plane.offset, outline_of(plane)});
   }
+  for (std::size_t k = 0; k < mirrors.size(); ++k) mirrors[k].outline = outline_of(planes[k]);
   return mirrors;
 }
 
@@ -91,7 +113,7 @@ std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh) {
   std::vector<int> out(of.triangles.size() / 3, -1);
   std::vector<int> own;  // mirrors of the mesh
   for (std::size_t m = 0; m < scene.mirrors.size(); ++m)
-    if (scene.mirrors[m].mesh == static_cast<int>(mesh)) own.push_back(static_cast<int>(m));
+    if (scene.mirrors[m].has(mesh)) own.push_back(static_cast<int>(m));
   if (own.size() == 1) out.assign(out.size(), own[0]);
   for (std::size_t i = 0; own.size() > 1 && i < out.size(); ++i) {
     const std::optional<Plane> plane = plane_of(of, i);

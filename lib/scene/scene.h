@@ -4,6 +4,7 @@
 /// Metres, y up, right-handed; colours linear (Rec. 709 primaries).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -78,18 +79,21 @@ struct Light {
   bool operator==(const Light&) const = default;
 };
 
-/// A planar mirror found from the materials: the points with dot(normal, X) = offset inside the
-/// outline; normal towards the side that is reflected.
+/// A planar mirror found from the materials: what lies of some meshes in the plane
+/// dot(normal, X) = offset, as the tiles of a floor do; normal towards the side that is reflected.
 struct Mirror {
-  int mesh = 0;
+  std::vector<int> meshes{0};  ///< ascending; of materials that mirror alike
   Vec3f normal{0.0f, 1.0f, 0.0f};
   float offset = 0.0f;
   std::vector<Vec3f> outline;  ///< convex hull of the mirror's vertices, in order
+  bool has(std::size_t mesh) const {
+    return std::binary_search(meshes.begin(), meshes.end(), static_cast<int>(mesh));
+  }
 };
 
 /// What there is to be seen, and by what light.
 struct Scene {
-  std::string name;  ///< the file's path, or "builtin:room"
+  std::string name;  ///< the file's path, or "builtin:" and the name of one that ships
   std::vector<Material> materials;
   std::vector<Picture> textures;  ///< RGBA, sRGB
   std::vector<SceneNode> nodes;   ///< those of the file that are visible

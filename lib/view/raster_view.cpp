@@ -32,7 +32,7 @@ bool none_of_eight(const std::uint8_t* bytes) {
 }
 
 const Material& material_of(const Scene& scene, const Mirror& mirror) {
-  return scene.materials[scene.meshes[mirror.mesh].material];
+  return scene.materials[scene.meshes[mirror.meshes[0]].material];
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ void SpanShader::add_faces(std::uint32_t m) {
                    1e-4f * (1.0f + std::abs(mirror.offset)) &&
                glm::dot(mesh.normals[vertex], mirror.normal) > 1.0f - 1e-6f;
       };
-      if (mirror.mesh == static_cast<int>(m) && std::all_of(corner, corner + 3, lies_in_it))
+      if (mirror.has(m) && std::all_of(corner, corner + 3, lies_in_it))
         face.mirror = static_cast<int>(k);
     }
     faces_.push_back(face);

@@ -48,7 +48,7 @@ TEST(Apartment, ItsMirrorsAreTheFloorAndTheGlass) {
   const Scene scene = open_scene("builtin:apartment");
   ASSERT_EQ(scene.mirrors.size(), 2u);
   for (const Mirror& mirror : scene.mirrors) {
-    const bool floor = scene.meshes[static_cast<std::size_t>(mirror.mesh)].name == "floor";
+    const bool floor = scene.meshes[static_cast<std::size_t>(mirror.meshes[0])].name == "floor";
     EXPECT_GT(floor ? mirror.normal.y : mirror.normal.z, 0.99f);
   }
 }

@@ -204,6 +204,28 @@ TEST_P(MirrorsTest, EachFaceOfAMeshIsAMirror) {
   EXPECT_EQ(stage.composite(*renderer, settings).pixels, wanted.pixels);
 }
 
+// Tiles of a mesh each show what one pane shows.
+TEST_P(MirrorsTest, TilesAreOneMirror) {
+  Scene whole, tiles;
+  add_pane(whole, {-1.2f, 0.0f, -1.0f}, {2.4f, 0.0f, 0.0f}, 2.4f);
+  for (int i = 0; i < 16; ++i)
+    add_pane(tiles,
+             {-1.2f + 0.6f * static_cast<float>(i % 4), 0.6f * static_cast<float>(i / 4), -1.0f},
+             {0.6f, 0.0f, 0.0f}, 0.6f);
+  ASSERT_EQ(tiles.mirrors.size(), 1u);
+  Stage stage(160, 90);
+  stage.fill_background(150);
+  stage.frame.viewport = synthetic::look_at({1.0, 1.2, 3.2}, {0.2, 1.0, 0.0}, 160, 90, 50);
+  const auto renderer = make_renderer();
+  stage.frame.scene = std::make_shared<const Scene>(std::move(whole));
+  stage.frame.lights.clear();
+  const Picture wanted = stage.composite(*renderer, {});
+  stage.frame.scene = std::make_shared<const Scene>(std::move(tiles));
+  const Picture shown = stage.composite(*renderer, {});
+  for (int y = 0; y < 90; ++y)
+    for (int x = 0; x < 160; ++x) EXPECT_LE(seen_apart(shown, wanted, x, y), 1) << x << " " << y;
+}
+
 // By way of a mirror the eye sees farther than anything is from it.
 TEST_P(MirrorsTest, FarImagesAreNotCutOff) {
   Scene scene;

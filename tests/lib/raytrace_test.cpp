@@ -251,13 +251,14 @@ TEST(PathTracer, MirroredLampLightsAsItsImageDoes) {
   }
 }
 
-// A mirror of glass gives back what Schlick says, by the angle at the mirror.
+// A mirror of glass, in two tiles, gives back what Schlick says, by the angle at the mirror.
 TEST(MirroredLight, FollowsSchlick) {
   Scene scene;
   scene.materials = {diffuse(Vec3f(0.5f))};
   scene.materials[0].roughness = 0.0f;
   scene.materials[0].ior = 1.5f;
-  scene.meshes = {parallelogram("mirror", 0, {-9, 0, 9}, {18, 0, 0}, {0, 0, -18})};
+  scene.meshes = {parallelogram("mirror", 0, {-9, 0, 9}, {10, 0, 0}, {0, 0, -18}),
+                  parallelogram("mirror", 0, {1, 0, 9}, {8, 0, 0}, {0, 0, -18})};
   scene.lights = {ceiling_lamp(1.0f, 0.05f, 0.05f)};
   scene.lights[0].radiance = {3.0f, 2.0f, 1.0f};
   scene.mirrors = find_mirrors(scene);

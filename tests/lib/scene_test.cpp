@@ -282,11 +282,36 @@ TEST(Mirrors, AreFoundByPlaneAndCurvedOnesLeftOut) {
   const std::vector<Mirror> mirrors = find_mirrors(scene);
   ASSERT_EQ(mirrors.size(), 6u);
   for (const Mirror& mirror : mirrors) {
-    EXPECT_EQ(mirror.mesh, 0);
+    EXPECT_EQ(mirror.meshes, std::vector<int>{0});
     EXPECT_EQ(mirror.outline.size(), 4u);
     EXPECT_NEAR(mirror.offset, 1.0f, 1e-6f);
     for (const Vec3f& p : mirror.outline) EXPECT_NEAR(glm::dot(p, mirror.normal), 1.0f, 1e-6f);
   }
+}
+
+TEST(Mirrors, OfSeveralMeshesAreOneWhereTheyMirrorAlike) {
+  Scene scene;
+  scene.materials.resize(4);
+  for (Material& material : scene.materials) material.roughness = 0.0f;
+  scene.materials[1].base_colour = Vec3f(0.1f);  // a dark stone, as polished
+  scene.materials[2].ior = 2.0f;
+  scene.materials[3].metallic = 1.0f;
+  const auto tile = [&](int material, float x, float height) {
+    scene.meshes.push_back(parallelogram("tile", material, {x, height, 0}, {1, 0, 0}, {0, 0, -1}));
+  };
+  tile(0, 0, 0);
+  tile(1, 1, 0);
+  tile(2, 2, 0);
+  tile(0, 3, 0);
+  tile(3, 4, 0);
+  tile(0, 5, 0.01f);
+  const std::vector<Mirror> mirrors = scene.mirrors = find_mirrors(scene);
+  ASSERT_EQ(mirrors.size(), 4u);
+  EXPECT_EQ(mirrors[0].meshes, (std::vector<int>{0, 1, 3}));
+  for (const Vec3f& corner : mirrors[0].outline) EXPECT_EQ(std::abs(corner.x - 2.0f), 2.0f);
+  const int wanted[] = {0, 0, 1, 0, 2, 3};
+  for (std::size_t m = 0; m < 6; ++m)
+    EXPECT_EQ(mirrors_of_triangles(scene, m), std::vector<int>(2, wanted[m])) << m;
 }
 
 TEST_F(SceneFile, BadFilesAreRefusedWithReasons) {
