@@ -74,9 +74,9 @@ void detail::warn_not_of_form(gpointer object, const char* name, const char* for
   if (element == nullptr) return;
   const std::string text = fmt::format(
       "The property \"{0}\" was set to something that is not {1}; it keeps its value. Set it to "
-      "{1} "
-      "from {2:g} to {3:g}.",
-      name, form, minimum, maximum);
+      "{1}{2}.",
+      name, form,
+      minimum < maximum ? fmt::format(" from {:g} to {:g}", minimum, maximum) : std::string());
   GST_ELEMENT_WARNING(element, LIBRARY, SETTINGS, ("%s", text.c_str()), (nullptr));
   // Command lines set properties before there is a pipeline.
   g_autoptr(GstBus) bus =
