@@ -359,7 +359,11 @@ Scene room_scene(const std::filesystem::path& folder) {
     const std::filesystem::path path = folder / "room.pictures";
     Room built(kept_pictures(path));
     Scene scene = built.build();
-    if (built.painted()) keep_pictures(scene.textures, path);
+    if (built.painted()) {
+      std::vector<Picture> pictures;
+      for (const SharedPicture& texture : scene.textures) pictures.push_back(*texture);
+      keep_pictures(pictures, path);
+    }
     return scene;
   }();
   return room;

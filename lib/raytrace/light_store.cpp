@@ -59,10 +59,10 @@ std::uint64_t key_of(const Scene& scene, const LightCacheOptions& options) {
     hash.add(mesh.triangles);
   }
   for (const Material& material : scene.materials) add_material(hash, material);
-  for (const Picture& texture : scene.textures) {
-    hash.add(texture.width);
-    hash.add(texture.height);
-    hash.add(texture.pixels);
+  for (const SharedPicture& texture : scene.textures) {
+    hash.add(texture->width);
+    hash.add(texture->height);
+    hash.add(texture->pixels);
   }
   for (const Light& light : scene.lights) {
     for (const Vec3f& v : {light.centre, light.u, light.v, light.radiance}) hash.add(v);

@@ -18,7 +18,7 @@ TracedScene::TracedScene(Scene scene) : scene_(std::move(scene)) {
   caster_.commit();
   std::vector<std::optional<FilteredTexture>> textures(scene_.textures.size());
   parallel_for(textures.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) textures[i].emplace(scene_.textures[i]);
+    for (std::size_t i = begin; i < end; ++i) textures[i].emplace(*scene_.textures[i]);
   });
   for (auto& texture : textures) textures_.push_back(std::move(*texture));
   light_of_mesh_.assign(scene_.meshes.size(), -1);

@@ -22,7 +22,8 @@ class Writer : GltfBuilder {
   }
 
   tinygltf::Model write() {
-    for (const Picture& picture : scene_.textures) add_texture(encode_png(picture), "image/png");
+    for (const SharedPicture& picture : scene_.textures)
+      add_texture(encode_png(*picture), "image/png");
     for (const Material& material : scene_.materials) add_material(material);
     for (const SceneMesh& mesh : scene_.meshes) add_mesh(mesh);
     for (const Light& light : scene_.lights)

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/picture.h"
@@ -91,12 +93,25 @@ struct Mirror {
   }
 };
 
+/// A picture that copies of a scene have in common.
+class SharedPicture {
+ public:
+  /// Not explicit: a picture is taken for one.
+  SharedPicture(Picture picture)  // NOLINT(google-explicit-constructor)
+      : picture_(std::make_shared<const Picture>(std::move(picture))) {}
+  const Picture& operator*() const { return *picture_; }
+  const Picture* operator->() const { return picture_.get(); }
+
+ private:
+  std::shared_ptr<const Picture> picture_;
+};
+
 /// What there is to be seen, and by what light.
 struct Scene {
   std::string name;  ///< the file's path, or "builtin:" and the name of one that ships
   std::vector<Material> materials;
-  std::vector<Picture> textures;  ///< RGBA, sRGB
-  std::vector<SceneNode> nodes;   ///< those of the file that are visible
+  std::vector<SharedPicture> textures;  ///< RGBA, sRGB
+  std::vector<SceneNode> nodes;         ///< those of the file that are visible
   std::vector<SceneMesh> meshes;
   std::vector<Light> lights;
   Vec3f sky{0.0f};  ///< radiance from where nothing is, below the horizon too

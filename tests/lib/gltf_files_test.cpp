@@ -281,7 +281,7 @@ TEST_F(GltfFiles, EmbeddedPicturesOfAnyType) {
     EXPECT_EQ(failure(write(textured_file(image))), "") << uri.substr(0, 40);
     const Scene scene = load_scene(write(textured_file(image)));
     ASSERT_EQ(scene.textures.size(), 1u);
-    EXPECT_EQ(scene.textures[0].pixels, (std::vector<std::uint8_t>{255, 0, 0, 255}));
+    EXPECT_EQ(scene.textures[0]->pixels, (std::vector<std::uint8_t>{255, 0, 0, 255}));
   }
 }
 
@@ -290,13 +290,13 @@ TEST_F(GltfFiles, APictureIsWhatItsFirstBytesSay) {
       encode_jpeg({8, 8, 3, std::vector<std::uint8_t>(192, 128)}, 95);
   for (const char* type : {"data:image/png;base64,", "data:image/jpg;base64,"}) {
     const Scene scene = load_scene(write(textured_file({{"uri", type + base64(raw(jpeg))}})));
-    EXPECT_EQ(scene.textures.at(0).width, 8);
-    EXPECT_NEAR(scene.textures.at(0).pixels.at(0), 128, 2);
+    EXPECT_EQ(scene.textures.at(0)->width, 8);
+    EXPECT_NEAR(scene.textures.at(0)->pixels.at(0), 128, 2);
   }
   // The same from a buffer view, without a type.
   json root = textured_file(json::object());
   root["images"][0]["bufferView"] = add_view(root, raw(jpeg));
-  EXPECT_EQ(load_scene(write(root)).textures.at(0).width, 8);
+  EXPECT_EQ(load_scene(write(root)).textures.at(0)->width, 8);
 }
 
 TEST_F(GltfFiles, EmbeddedBuffersOfAnyType) {

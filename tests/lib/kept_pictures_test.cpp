@@ -91,7 +91,7 @@ TEST(RoomTextures, OfTheRoomAreKept) {
   std::error_code ignored;
   fs::remove_all(folder, ignored);
   ASSERT_EQ(kept.size(), room.textures.size());
-  for (std::size_t i = 0; i < kept.size(); ++i) expect_same(kept[i], room.textures[i]);
+  for (std::size_t i = 0; i < kept.size(); ++i) expect_same(kept[i], *room.textures[i]);
 }
 
 }  // namespace

@@ -105,8 +105,8 @@ TEST_F(SceneFile, WhatIsSavedIsReadBack) {
     EXPECT_FLOAT_EQ(a.roughness, b.roughness);
     ASSERT_EQ(a.base_colour_texture < 0, b.base_colour_texture < 0);
     if (a.base_colour_texture >= 0) {
-      EXPECT_EQ(read.textures[a.base_colour_texture].pixels,
-                room.textures[b.base_colour_texture].pixels);
+      EXPECT_EQ(read.textures[a.base_colour_texture]->pixels,
+                room.textures[b.base_colour_texture]->pixels);
     }
   }
   ASSERT_EQ(read.lights.size(), 4u);
@@ -385,7 +385,7 @@ TEST_F(SceneFile, RefusesWildTextureCoordinates) {
   Scene scene;
   scene.materials.resize(1);
   scene.materials[0].base_colour_texture = 0;
-  scene.textures.push_back({2, 2, 4, std::vector<std::uint8_t>(16, 200)});
+  scene.textures.push_back(Picture{2, 2, 4, std::vector<std::uint8_t>(16, 200)});
   scene.meshes.push_back(box("box", 0, Vec3f(0.0f), Vec3f(1.0f)));
   SceneMesh& mesh = scene.meshes[0];
   const std::string path = (folder_ / "wild.glb").string();
@@ -403,7 +403,7 @@ TEST_F(SceneFile, AFileCutShortNeverCrashes) {
   Scene scene;
   scene.materials.resize(1);
   scene.materials[0].base_colour_texture = 0;
-  scene.textures.push_back({2, 2, 4, std::vector<std::uint8_t>(16, 200)});
+  scene.textures.push_back(Picture{2, 2, 4, std::vector<std::uint8_t>(16, 200)});
   scene.meshes.push_back(box("box", 0, Vec3f(0.0f), Vec3f(1.0f)));
   const std::string path = (folder_ / "whole.glb").string();
   save_scene(scene, path);

@@ -82,8 +82,8 @@ void SceneBuffers::load(const Scene& scene) {
   textures_.clear();
   textures_.resize(scene.textures.size());
   for (std::size_t i = 0; i < scene.textures.size(); ++i)
-    if (scene.textures[i].channels == 4 && !scene.textures[i].empty())
-      load_texture(textures_[i], scene.textures[i]);
+    if (scene.textures[i]->channels == 4 && !scene.textures[i]->empty())
+      load_texture(textures_[i], *scene.textures[i]);
 }
 
 void SceneBuffers::draw() const {
