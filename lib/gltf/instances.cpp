@@ -9,17 +9,6 @@ namespace {
 
 constexpr std::size_t most_instances = 100'000;  // each becomes a mesh of its own
 
-/// \p q as glTF has it: x, y, z, w.
-Mat4 transform(const Vec3& translation, const Vec4& q, const Vec3& scale) {
-  Mat4 result(1.0);
-  result[3] = Vec4(translation, 1.0);
-  const glm::dquat rotation(q.w, q.x, q.y, q.z);
-  // NaN is no length 0: it is to be found below.
-  if (glm::length(rotation) != 0.0) result *= glm::mat4_cast(glm::normalize(rotation));
-  for (int k = 0; k < 3; ++k) result[k] *= scale[k];
-  return result;
-}
-
 void check_finite(const GltfSource& source, const Mat4& transform, const std::string& node) {
   for (int i = 0; i < 16; ++i) {
     if (!std::isfinite(transform[i / 4][i % 4])) {
@@ -31,15 +20,31 @@ void check_finite(const GltfSource& source, const Mat4& transform, const std::st
 
 }  // namespace
 
+Mat4 NodeTransform::matrix() const {
+  Mat4 result(1.0);
+  result[3] = Vec4(translation, 1.0);
+  const glm::dquat turn(rotation.w, rotation.x, rotation.y, rotation.z);
+  // NaN is no length 0: whoever reads it is to find it.
+  if (glm::length(turn) != 0.0) result *= glm::mat4_cast(glm::normalize(turn));
+  for (int k = 0; k < 3; ++k) result[k] *= scale[k];
+  return result;
+}
+
+NodeTransform transform_parts(const tinygltf::Node& node) {
+  const std::vector<double>&t = node.translation, &r = node.rotation, &s = node.scale;
+  NodeTransform parts;
+  if (t.size() == 3) parts.translation = {t[0], t[1], t[2]};
+  if (r.size() == 4) parts.rotation = {r[0], r[1], r[2], r[3]};
+  if (s.size() == 3) parts.scale = {s[0], s[1], s[2]};
+  return parts;
+}
+
 Mat4 local_transform(const GltfSource& source, const tinygltf::Node& node) {
   Mat4 local(1.0);
   if (node.matrix.size() == 16) {
     for (int i = 0; i < 16; ++i) local[i / 4][i % 4] = node.matrix[i];
   } else {
-    const std::vector<double>&t = node.translation, &r = node.rotation, &s = node.scale;
-    local = transform(t.size() == 3 ? Vec3(t[0], t[1], t[2]) : Vec3(0.0),
-                      r.size() == 4 ? Vec4(r[0], r[1], r[2], r[3]) : Vec4(0.0),
-                      s.size() == 3 ? Vec3(s[0], s[1], s[2]) : Vec3(1.0));
+    local = transform_parts(node).matrix();
   }
   check_finite(source, local, node.name);
   return local;
@@ -79,10 +84,11 @@ std::vector<Mat4> instance_transforms(const GltfSource& source, const tinygltf::
   }
   std::vector<Mat4> transforms;
   for (std::size_t i = 0; i < count; ++i) {
-    transforms.push_back(
-        transform(t.empty() ? Vec3(0.0) : Vec3(t[3 * i], t[3 * i + 1], t[3 * i + 2]),
-                  r.empty() ? Vec4(0.0) : Vec4(r[4 * i], r[4 * i + 1], r[4 * i + 2], r[4 * i + 3]),
-                  s.empty() ? Vec3(1.0) : Vec3(s[3 * i], s[3 * i + 1], s[3 * i + 2])));
+    NodeTransform parts;
+    if (!t.empty()) parts.translation = {t[3 * i], t[3 * i + 1], t[3 * i + 2]};
+    if (!r.empty()) parts.rotation = {r[4 * i], r[4 * i + 1], r[4 * i + 2], r[4 * i + 3]};
+    if (!s.empty()) parts.scale = {s[3 * i], s[3 * i + 1], s[3 * i + 2]};
+    transforms.push_back(parts.matrix());
     check_finite(source, transforms.back(), node.name);
   }
   return transforms;

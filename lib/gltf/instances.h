@@ -5,8 +5,12 @@
 
 #include "base/vector.h"
 #include "gltf/accessor.h"
+#include "gltf/node_transform.h"
 
 namespace polyhull {
+
+/// The parts of \p node's own transform; a matrix that it has instead does not count.
+NodeTransform transform_parts(const tinygltf::Node& node);
 
 /// \p node's own transform, from its coordinates to its parent's. Throws Error for numbers that are
 /// not finite.

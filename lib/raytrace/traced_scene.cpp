@@ -24,9 +24,32 @@ TracedScene::TracedScene(Scene scene) : scene_(std::move(scene)) {
   light_of_mesh_.assign(scene_.meshes.size(), -1);
   for (std::size_t i = 0; i < scene_.lights.size(); ++i)
     if (scene_.lights[i].mesh >= 0) light_of_mesh_.at(scene_.lights[i].mesh) = static_cast<int>(i);
+  find_planar_mirrors();
+  mirror_lights();
+}
+
+void TracedScene::find_planar_mirrors() {
   planar_mirror_.assign(scene_.meshes.size(), 0);
   for (const Mirror& mirror : scene_.mirrors)
     for (const int mesh : mirror.meshes) planar_mirror_.at(mesh) = 1;
+}
+
+void TracedScene::take_pose(const Scene& posed) {
+  for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
+    SceneMesh& mesh = scene_.meshes[m];
+    if (mesh.positions == posed.meshes[m].positions) continue;
+    mesh.positions = posed.meshes[m].positions;
+    mesh.normals = posed.meshes[m].normals;
+    caster_.move_mesh(static_cast<std::uint32_t>(m), mesh.positions);
+    tree_is_behind_ = true;
+  }
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    const Vec3f radiance = scene_.lights[i].radiance;
+    scene_.lights[i] = posed.lights[i];
+    scene_.lights[i].radiance = radiance;
+  }
+  scene_.mirrors = posed.mirrors;
+  find_planar_mirrors();
   mirror_lights();
 }
 
@@ -45,6 +68,11 @@ void TracedScene::mirror_lights() {
       mirrored_lights_.push_back({i, m, image});
     }
   }
+}
+
+void TracedScene::build_tree() {
+  if (tree_is_behind_) caster_.commit();
+  tree_is_behind_ = false;
 }
 
 void TracedScene::set_light(std::size_t index, const Light& light) {

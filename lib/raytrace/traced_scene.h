@@ -64,6 +64,13 @@ class TracedScene {
   /// As the free set_light(), with the tree kept in step.
   void set_light(std::size_t index, const Light& light);
 
+  /// Takes over where meshes, lights and mirrors are in \p posed, the same scene in another pose: as many
+  /// meshes with as many vertices. Lights stay as bright as they are. Rays need build_tree() then.
+  void take_pose(const Scene& posed);
+
+  /// Has rays find everything where the last take_pose() put it; costs nothing where they do.
+  void build_tree();
+
   /// As Scene::sky.
   void set_sky(const Vec3f& sky) { scene_.sky = sky; }
 
@@ -94,10 +101,12 @@ class TracedScene {
   const FilteredTexture* texture(std::uint32_t mesh) const;
 
  private:
+  void find_planar_mirrors();
   void mirror_lights();
 
   Scene scene_;
   RayCaster caster_;
+  bool tree_is_behind_ = false;
   float epsilon_ = 0.0f;
   std::vector<FilteredTexture> textures_;
   std::vector<int> light_of_mesh_;

@@ -87,10 +87,10 @@ int side_of(const json& object, const char* name) {
 }
 
 /// 0 where there is none.
-int version_of(const json& root) {
-  const double count = finite_number(root.value("scene_version", json(0)), "scene_version");
+int count_of(const json& root, const char* name) {
+  const double count = finite_number(root.value(name, json(0)), name);
   if (count != std::floor(count) || count < 0.0 || count > INT_MAX)
-    throw broken("'scene_version' must be a whole number from 0 on");
+    throw broken(fmt::format("'{}' must be a whole number from 0 on", name));
   return static_cast<int>(count);
 }
 
@@ -158,7 +158,11 @@ std::string announcement_to_json(const Announcement& announcement) {
               {"exposure", announcement.exposure},
               {"ambient", numbers(announcement.ambient)}};
   if (announcement.scene_version > 0) out["scene_version"] = announcement.scene_version;
-  if (!announcement.nodes.empty()) out["nodes"] = announcement.nodes;
+  if (!announcement.pose.nodes.empty()) out["nodes"] = announcement.pose.nodes;
+  if (announcement.pose.animation > 0) {
+    out["animation"] = announcement.pose.animation;
+    out["animation_time"] = announcement.pose.animation_time;
+  }
   if (announcement.sky != Vec3f(0.0f)) out["sky"] = numbers(announcement.sky);
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
@@ -179,8 +183,12 @@ Announcement announcement_of(const json& root) {
     Announcement announcement;
     announcement.viewport = camera_from_json(member(root, "viewport"));
     announcement.scene = name_of(member(root, "scene"), "scene");
-    announcement.scene_version = version_of(root);
-    announcement.nodes = name_of(root.value("nodes", json("")), "nodes");
+    announcement.scene_version = count_of(root, "scene_version");
+    announcement.pose.nodes = name_of(root.value("nodes", json("")), "nodes");
+    announcement.pose.animation = count_of(root, "animation");
+    if (announcement.pose.animation > 0)
+      announcement.pose.animation_time =
+          finite_number(root.value("animation_time", json(0)), "animation_time");
     const json& lights = member(root, "lights");
     if (!lights.is_array() || lights.size() > most_lights)
       throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "rig/camera.h"
+#include "scene/animation/scene_pose.h"
 #include "scene/scene.h"
 
 namespace polyhull {
@@ -22,7 +23,7 @@ struct Announcement {
   /// Of a file: how often it has been written anew and read again under this name; another one is
   /// another scene.
   int scene_version = 0;
-  std::string nodes;          ///< how its nodes differ from the file's, for parse_node_changes()
+  ScenePose pose;             ///< of its file
   std::vector<Light> lights;  ///< the lights as they are in this frame
   float exposure = 1.0f;      ///< as in Scene
   Vec3f ambient{0.0f};        ///< mean indirect irradiance over the scene's surfaces

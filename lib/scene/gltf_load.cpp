@@ -13,6 +13,7 @@
 #include "gltf/accessor.h"
 #include "gltf/file.h"
 #include "gltf/instances.h"
+#include "scene/animation/gltf_animations.h"
 #include "scene/gltf_lights.h"
 #include "scene/gltf_materials.h"
 #include "scene/scene.h"
@@ -51,7 +52,9 @@ class Loader {
     add_distant_lights();
     scene_.mirrors = find_mirrors(scene_);
     set_exposure();
-    if (!model_.animations.empty()) left_out_.insert("animations");
+    if (!model_.animations.empty())
+      scene_.animations = std::make_shared<const std::vector<Animation>>(
+          read_animations(source_, animated_places_, left_out_));
     scene_.left_out = left_out();
     return std::move(scene_);
   }
@@ -87,7 +90,8 @@ class Loader {
     if (is_invisible(node)) return;
     const Mat4 to_world = parent_to_world * local_transform(source_, node);
     const int number = static_cast<int>(scene_.nodes.size());
-    scene_.nodes.push_back({name_of(node), parent, Vec3f(Vec3(to_world[3]))});
+    scene_.nodes.push_back({name_of(node), parent, to_world});
+    note_place(index, number);
     if (node.mesh >= 0) add_mesh(node, to_world);
     if (node.camera >= 0) add_camera(node, to_world);
     if (const auto light = node.extensions.find("KHR_lights_punctual");
@@ -100,6 +104,21 @@ class Loader {
       add_light(model_.lights[which], node, to_world);
     }
     for (const int child : node.children) add_node(child, to_world, number, depth + 1);
+  }
+
+  /// Where the animations find the node. What has been flattened cannot be brought back.
+  void note_place(int index, int number) {
+    const bool flat = glm::determinant(Mat3(scene_.nodes.back().to_world)) == 0.0;
+    const bool fixed = flat || !model_.nodes[index].matrix.empty();
+    if (!fixed) {
+      animated_places_.emplace(index, number);
+      return;
+    }
+    for (const tinygltf::Animation& animation : model_.animations)
+      for (const tinygltf::AnimationChannel& channel : animation.channels)
+        if (channel.target_node == index)
+          left_out_.insert(flat ? "animations of nodes that the file scales to nothing"
+                                : "animations of nodes that have a matrix");
   }
 
   /// Its own name, else its mesh's.
@@ -282,20 +301,11 @@ class Loader {
   }
 
   static void place(const Mat4& to_world, SceneMesh& mesh) {
-    const Mat3 linear(to_world);
-    const double volume = glm::determinant(linear);
-    // The cofactor matrix turns normals right under any scaling, also one that flattens the mesh.
-    const Mat3 cofactors(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
-                         glm::cross(linear[0], linear[1]));
-    for (Vec3f& p : mesh.positions) p = Vec3f(to_world * Vec4(Vec3(p), 1.0));
-    for (Vec3f& n : mesh.normals) {
-      const Vec3 turned = cofactors * Vec3(n) * (volume < 0.0 ? -1.0 : 1.0);
-      const double length = glm::length(turned);
-      n = length > 0.0 ? Vec3f(turned / length) : Vec3f(0.0f, 1.0f, 0.0f);
-    }
-    if (volume < 0.0)
-      for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
-        std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
+    move_mesh(to_world, mesh);
+    if (glm::determinant(Mat3(to_world)) >= 0.0) return;
+    for (Vec3f& n : mesh.normals) n = -n;
+    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
+      std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
   }
 
   void check_finite(const SceneMesh& mesh) const {
@@ -373,6 +383,7 @@ class Loader {
   std::set<std::string> left_out_;
   int default_material_ = 0;
   std::vector<int> roots_;
+  std::multimap<int, int> animated_places_;  // the file's nodes in Scene::nodes
   std::size_t nodes_visited_ = 0;
   std::size_t charged_ = 0;
   std::set<std::string> camera_names_;

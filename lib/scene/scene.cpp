@@ -167,6 +167,19 @@ void set_light(Scene& scene, std::size_t index, const Light& light) {
   old.mesh = shown_by;
 }
 
+void move_mesh(const Mat4& moved, SceneMesh& mesh) {
+  const Mat3 linear(moved);
+  // The cofactor matrix turns normals right under any scaling, also one that flattens the mesh.
+  const Mat3 cofactors(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                       glm::cross(linear[0], linear[1]));
+  for (Vec3f& p : mesh.positions) p = Vec3f(moved * Vec4(Vec3(p), 1.0));
+  for (Vec3f& n : mesh.normals) {
+    const Vec3 turned = cofactors * Vec3(n);
+    const double length = glm::length(turned);
+    n = length > 0.0 ? Vec3f(turned / length) : Vec3f(0.0f, 1.0f, 0.0f);
+  }
+}
+
 Bounds scene_bounds(const Scene& scene) {
   Bounds bounds{Vec3(std::numeric_limits<double>::infinity()),
                 Vec3(-std::numeric_limits<double>::infinity())};

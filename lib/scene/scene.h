@@ -18,6 +18,8 @@
 
 namespace polyhull {
 
+struct Animation;  // scene/animation/animation.h
+
 /// glTF's metallic-roughness material, as the ray tracer and composite draw it.
 ///
 /// With f0 = mix(((ior - 1) / (ior + 1))^2, base colour, metallic) and Schlick's
@@ -46,7 +48,7 @@ struct Material {
 struct SceneNode {
   std::string name;
   int parent = -1;     ///< in Scene::nodes, before this one; -1: none
-  Vec3f origin{0.0f};  ///< its own, in world coordinates
+  Mat4 to_world{1.0};  ///< from its own coordinates
 };
 
 /// One triangle mesh with one material, in world coordinates.
@@ -91,6 +93,7 @@ struct Mirror {
   bool has(std::size_t mesh) const {
     return std::binary_search(meshes.begin(), meshes.end(), static_cast<int>(mesh));
   }
+  bool operator==(const Mirror&) const = default;
 };
 
 /// A picture that copies of a scene have in common.
@@ -110,8 +113,9 @@ class SharedPicture {
 struct Scene {
   std::string name;  ///< the file's path, or "builtin:" and the name of one that ships
   std::vector<Material> materials;
-  std::vector<SharedPicture> textures;  ///< RGBA, sRGB
-  std::vector<SceneNode> nodes;         ///< those of the file that are visible
+  std::vector<SharedPicture> textures;                       ///< RGBA, sRGB
+  std::vector<SceneNode> nodes;                              ///< those of the file that are visible
+  std::shared_ptr<const std::vector<Animation>> animations;  ///< of these nodes; null: none
   std::vector<SceneMesh> meshes;
   std::vector<Light> lights;
   Vec3f sky{0.0f};  ///< radiance from where nothing is, below the horizon too
@@ -125,7 +129,7 @@ struct Scene {
 /// Reads a glTF 2.0 file (.glb or .gltf, told apart by their content): the default scene's triangle
 /// meshes (one for each instance of EXT_mesh_gpu_instancing), materials (factors, base colour texture,
 /// an emissive texture's mean; KHR_materials_pbrSpecularGlossiness, KHR_materials_ior,
-/// KHR_materials_emissive_strength, KHR_texture_transform), perspective cameras,
+/// KHR_materials_emissive_strength, KHR_texture_transform), animations of nodes, perspective cameras,
 /// each with a name of its own, and lights (KHR_lights_punctual, with `size` [w, h] in the extras an area light;
 /// parallelograms of an emissive material); `exposure` from the scene's extras, or such that a
 /// white surface under the mean direct light is shown a little below white (docs/scenes.md). Throws
@@ -145,6 +149,10 @@ std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh);
 /// Moves and scales light \p index to \p light, and the mesh that shows it (vertices and emission)
 /// with it. Throws Error for an index that the scene does not have.
 void set_light(Scene& scene, std::size_t index, const Light& light);
+
+/// Brings \p mesh elsewhere; its normals stay on the same side of its triangles, also where \p moved flattens
+/// it or is a reflection.
+void move_mesh(const Mat4& moved, SceneMesh& mesh);
 
 /// The box around all meshes. Throws Error for a scene without vertices.
 Bounds scene_bounds(const Scene& scene);

@@ -50,7 +50,7 @@ void read_timecode(const json& root, TimedAnnouncement& timed) {
 
 std::size_t bytes_of(const Announcement& announcement) {
   std::size_t bytes = sizeof(AnnouncementHistory::Entry) + announcement.scene.size() +
-                      announcement.nodes.size() + announcement.viewport.name.size() +
+                      announcement.pose.nodes.size() + announcement.viewport.name.size() +
                       announcement.lights.size() * sizeof(Light);
   for (const Light& light : announcement.lights) bytes += light.name.size();
   return bytes;

@@ -115,6 +115,45 @@ Background::Background(Scene scene, const BackgroundOptions& options)
 
 Background::~Background() = default;
 
+bool Background::take_pose(const Scene& posed) {
+  const std::vector<SceneMesh>& own = scene().meshes;
+  const bool same =
+      own.size() == posed.meshes.size() && scene().lights.size() == posed.lights.size() &&
+      std::equal(own.begin(), own.end(), posed.meshes.begin(),
+                 [](const SceneMesh& a, const SceneMesh& b) {
+                   return a.positions.size() == b.positions.size() && a.triangles == b.triangles;
+                 });
+  if (!same) return false;
+  keep_light_as_it_is();
+  const bool other_mirrors = scene().mirrors != posed.mirrors;
+  traced_.take_pose(posed);
+  geometry_ = geometry_key(scene());
+  posed_ = light_ != nullptr;
+  if (gradual_) gradual_->stop();
+  if (light_ && other_mirrors) raster_ = std::make_unique<RasterView>(traced_, *light_);
+  camera_.reset();
+  return true;
+}
+
+/// What lamps would give alone is of the pose before: what has been mixed of it stays.
+void Background::keep_light_as_it_is() {
+  if (lamps_.empty()) return;
+  LightValues values = light_->all_values();
+  const Float4 gain = to_float4(light_->gain());
+  for (std::vector<Float4>& side : values.sides)
+    for (Float4& value : side) {
+      const float divided = value[3];
+      value *= gain;
+      value[3] = divided;
+    }
+  values.mean_bounced *= light_->gain();
+  light_->set_values(std::move(values));
+  light_->set_gain(Vec3f(1.0f));
+  lamps_.forget();
+  base_lights_ = scene().lights;
+  base_sky_ = scene().sky;
+}
+
 /// Makes the light that of the scene's lights, if they differ from the base's in brightness and colour
 /// alone, and what each gives may be asked for; else false.
 bool Background::dim_lights(const Vec3f& sky) {
@@ -126,7 +165,7 @@ bool Background::dim_lights(const Vec3f& sky) {
     dimmed.gain = *factor;
   } else {
     // Of a light that is yet to be exact nobody knows where its borders are.
-    if (gradual_ || light_failed_) return false;
+    if (gradual_ || light_failed_ || posed_) return false;
     auto found = dimming(base_lights_, base_sky_, now, sky, !other_emitters_);
     if (!found) return false;
     dimmed = std::move(*found);
@@ -152,6 +191,11 @@ bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky
     changed = true;
   }
   if (light_ && !changed) return false;
+  for (std::size_t i = 0; posed_ && i < lights.size(); ++i) {
+    const Vec3f radiance = base_lights_[i].radiance;
+    base_lights_[i] = traced_.scene().lights[i];
+    base_lights_[i].radiance = radiance;
+  }
   if (light_ && dim_lights(sky)) return false;
   light_scene(stop);
   geometry_ = geometry_key(traced_.scene());  // lamps may have moved
@@ -170,6 +214,8 @@ struct Background::Kept {
 /// From a file where there is one.
 void Background::light_scene(const std::atomic<bool>* stop) {
   const bool first = light_ == nullptr;
+  posed_ = false;
+  traced_.build_tree();
   raster_.reset();
   gradual_.reset();
   lamps_.forget();
@@ -249,6 +295,10 @@ void Background::prepare(const std::vector<Light>& lights, float sky, int thread
 void Background::draw(const Camera& camera) {
   by_rays_ = options_.method == ViewMethod::rays || camera.has_distortion();
   planes_.reset();
+  const std::vector<Material>& materials = scene().materials;
+  if (by_rays_ || std::any_of(materials.begin(), materials.end(),
+                              [](const Material& material) { return material.is_mirror(); }))
+    traced_.build_tree();
   if (by_rays_) {
     render_view(traced_, *light_, camera, options_.view, view_, &statistics_);
     return;
@@ -260,6 +310,7 @@ void Background::draw(const Camera& camera) {
 
 bool Background::refine(int rows) {
   if (!camera_ || rows < 1 || gradual_ || !lamps_.is_exact()) return false;
+  traced_.build_tree();
   if (sums_.empty()) sums_.assign(view_.size(), Vec3f(0.0f));
   const int end = std::min(rows_done_ + rows, camera_->height);
   trace_paths(traced_, *camera_, samples_, 1, options_.paths, sums_, rows_done_, end);

@@ -10,7 +10,8 @@
 /// so the first samples' noise does not show and the limit is the exact picture. Brighter or darker
 /// lights (all by the same factor) scale the light cache; what changes the brightness or colour of some
 /// adds what these give (lamp_mix.h); other changes of the lights fill it anew:
-/// at once, or with BackgroundOptions::progressive coarsely at first (gradual_light.h).
+/// at once, or with BackgroundOptions::progressive coarsely at first (gradual_light.h). A scene whose nodes
+/// move keeps on its surfaces the light that it has (take_pose()).
 #pragma once
 
 #include <atomic>
@@ -58,6 +59,11 @@ class Background {
   ~Background();
 
   const Scene& scene() const { return traced_.scene(); }
+
+  /// Takes over where everything is in \p posed, the same scene in another pose; the next update() draws it.
+  /// The light on each surface stays that of the pose before, wherever lamps have moved meanwhile. False,
+  /// and nothing changes, unless \p posed has as many meshes with as many vertices, as it has not where nodes are hidden.
+  bool take_pose(const Scene& posed);
 
   /// What update() did.
   enum class Work {
@@ -120,12 +126,15 @@ class Background {
   /// empty: it was, or was not to, or is not yet exact.
   const std::string& light_not_kept() const { return light_not_kept_; }
   /// Whether the light is exact, not on its way there.
-  bool light_is_exact() const { return light_ && !gradual_ && !light_failed_ && lamps_.is_exact(); }
+  bool light_is_exact() const {
+    return light_ && !gradual_ && !light_failed_ && !posed_ && lamps_.is_exact();
+  }
   /// Of the last light.
   std::uint64_t light_rays() const { return light_ ? light_->rays() : 0; }
   std::size_t light_nodes() const { return light_ ? light_->nodes() : 0; }
 
  private:
+  void keep_light_as_it_is();
   bool dim_lights(const Vec3f& sky);
   bool apply_lights(const std::vector<Light>& lights, const Vec3f& sky,
                     const std::atomic<bool>* stop = nullptr);
@@ -140,6 +149,7 @@ class Background {
   std::vector<Light> base_lights_;  // under which light_ was filled
   Vec3f base_sky_{0.0f};            // as base_lights_
   bool other_emitters_ = false;     // glowing surfaces that are not lights
+  bool posed_ = false;              // the scene is in another pose than light_ was filled in
   std::unique_ptr<LightCache> light_;
   bool light_was_kept_ = false;
   std::string light_not_kept_;

@@ -41,6 +41,9 @@ class GradualLight {
   /// Brings \p light, which first() gave, a frame further; true if it has changed.
   bool advance(LightCache& light);
 
+  /// Computes nothing further: advance() goes on to what there is. Does not wait.
+  void stop() { stop_ = true; }
+
   /// Whether the light is the exact one.
   bool is_exact() const { return exact_; }
 

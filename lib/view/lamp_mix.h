@@ -24,6 +24,8 @@ class LampMix {
 
   /// Forgets all lamps: the scene's geometry or the light has become another.
   void forget();
+  /// Whether no lamp is known.
+  bool empty() const { return lamps_.empty(); }
 
   /// Makes \p light, the exact one of \p scene with \p options under some lights or what this has made of it,
   /// that under lights whose radiances differ from those by \p differences. False where that would keep

@@ -22,7 +22,8 @@ namespace polyhull {
 
 class RasterView {
  public:
-  /// Both must outlive this; the scene's meshes stay, but for what set_light() moves.
+  /// Both must outlive this; the scene's meshes and mirrors stay, but for where
+  /// set_light() and take_pose() put meshes that are no mirrors.
   RasterView(const TracedScene& scene, const LightCache& light);
 
   /// Draws what \p camera sees into \p picture, as render_view() does. ViewOptions::contrast does

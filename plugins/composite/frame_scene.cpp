@@ -4,13 +4,13 @@
 
 #include "base/error.h"
 #include "plugins/composite/frame.h"
-#include "scene/scene_changes.h"
+#include "scene/changes/scene_changes.h"
 
 namespace polyhull::element {
 namespace {
 
 SceneFile scene_of(const Announcement& announcement) {
-  return {announcement.scene, announcement.scene_version, announcement.nodes};
+  return {announcement.scene, announcement.scene_version};
 }
 
 }  // namespace
@@ -38,7 +38,8 @@ const OpenScenes::Open& FrameComposer::own_scene(const CompositeSettings& settin
 }
 
 void FrameComposer::announce(std::optional<Announcement> announcement) {
-  if (announcement && !announcement->scene.empty()) scenes_.now(scene_of(*announcement));
+  if (announcement && !announcement->scene.empty())
+    scenes_.now(scene_of(*announcement), announcement->pose);
   announcement_ = std::move(announcement);
 }
 
@@ -56,7 +57,7 @@ OpenScenes::Open FrameComposer::with_lamps(const OpenScenes::Open& open) {
     lamps_moved_ = std::make_shared<const Scene>(std::move(scene));
     lamps_of_ = open.scene;
   }
-  return {open.file, lamps_moved_, nullptr};
+  return {open.file, open.pose, lamps_moved_, nullptr};
 }
 
 /// The scene and its light: the background's, else those of the properties.
@@ -67,7 +68,7 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
   };
   if (announcement_ && !announcement_->scene.empty()) {
     frame_.lights = announcement_->lights;
-    use(with_lamps(scenes_.now(scene_of(*announcement_))));  // read already
+    use(with_lamps(scenes_.now(scene_of(*announcement_), announcement_->pose)));  // read already
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
     frame_.sky = announcement_->sky;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "builtin/room.h"
-#include "scene/scene_changes.h"
+#include "scene/changes/scene_changes.h"
 
 namespace polyhull::element {
 namespace {
@@ -20,10 +20,9 @@ std::filesystem::file_time_type written(const SceneFile& file) {
 
 OpenScenes::Open opened(const SceneFile& file, bool rays) {
   Scene scene = open_scene(file.name);
-  change_nodes(parse_node_changes(file.nodes), scene);
-  if (!rays) return {file, std::make_shared<const Scene>(std::move(scene)), nullptr};
+  if (!rays) return {file, {}, std::make_shared<const Scene>(std::move(scene)), nullptr};
   const auto traced = std::make_shared<const TracedScene>(std::move(scene));
-  return {file, {traced, &traced->scene()}, traced};
+  return {file, {}, {traced, &traced->scene()}, traced};
 }
 
 }  // namespace
@@ -71,14 +70,27 @@ void OpenScenes::collect() {
   }
 }
 
-OpenScenes::Open OpenScenes::now(const SceneFile& file) {
-  const std::lock_guard lock(mutex_);
+/// As its file has it.
+OpenScenes::Open OpenScenes::read(const SceneFile& file) {
   if (const Open* open = held(file)) return *open;
   if (loading_.valid() && under_way_ == file) collect();
   if (const Open* open = held(file)) return *open;
   if (has_failed(file)) throw failed_->why;
   load(file, written(file), [&] { return opened(file, false); });
   return *held(file);
+}
+
+OpenScenes::Open OpenScenes::now(const SceneFile& file, const ScenePose& pose) {
+  const std::lock_guard lock(mutex_);
+  Open open = read(file);
+  if (pose == ScenePose()) return open;
+  if (posed_of_ != open.scene || posed_->pose != pose) {
+    Scene scene = *open.scene;
+    pose_scene(pose, scene);
+    posed_of_ = open.scene;
+    posed_ = Open{file, pose, std::make_shared<const Scene>(std::move(scene)), nullptr};
+  }
+  return *posed_;
 }
 
 bool OpenScenes::is_ready(const SceneFile& file) {
@@ -103,6 +115,8 @@ void OpenScenes::reset() {
   const std::lock_guard lock(mutex_);
   loading_ = {};  // waits for it
   held_.clear();
+  posed_.reset();
+  posed_of_.reset();
   next_.reset();
   failed_.reset();
 }

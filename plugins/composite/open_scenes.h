@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "plugins/common/scene/scene_file.h"
 #include "raytrace/traced_scene.h"
+#include "scene/animation/scene_pose.h"
 #include "scene/scene.h"
 
 namespace polyhull::element {
@@ -24,14 +25,15 @@ class OpenScenes {
  public:
   struct Open {
     SceneFile file;
+    ScenePose pose = {};
     std::shared_ptr<const Scene> scene;
     std::shared_ptr<const TracedScene> traced;  ///< null: not made
   };
 
-  /// The scene of \p file, which is read here and now where it is not there; drawn with from now on.
+  /// The scene of \p file in \p pose, which is read here and now where it is not there; drawn with from now on.
   /// Throws Error; one that could not be read is not read again before its file has changed: whoever
   /// announces it does so with each frame.
-  Open now(const SceneFile& file);
+  Open now(const SceneFile& file, const ScenePose& pose = {});
 
   /// Whether now() would not be held up. Where it would be, \p file is loaded beside, one at a time.
   bool is_ready(const SceneFile& file);
@@ -48,15 +50,18 @@ class OpenScenes {
     Error why;
   };
   const Open* held(const SceneFile& file);
+  Open read(const SceneFile& file);
   bool has_failed(const SceneFile& file) const;
   void load(const SceneFile& file, std::filesystem::file_time_type since,
             const std::function<Open()>& work);
   void collect();
 
   std::atomic<bool> rays_ = false;
-  std::mutex mutex_;          // protects all below
-  std::vector<Open> held_;    // the last one first
-  std::optional<Open> next_;  // loaded, and not yet drawn with
+  std::mutex mutex_;           // protects all below
+  std::vector<Open> held_;     // the last one first
+  std::optional<Open> posed_;  // the last one that was asked for in a pose of its own, and
+  std::shared_ptr<const Scene> posed_of_;  // of which
+  std::optional<Open> next_;               // loaded, and not yet drawn with
   std::optional<Failed> failed_;
   SceneFile under_way_;  // of loading_, and
   std::filesystem::file_time_type

@@ -6,7 +6,10 @@
 #include <utility>
 
 #include "base/error.h"
-#include "scene/scene_changes.h"
+#include "plugins/common/scene/parsed_property.h"
+#include "scene/animation/animation.h"
+#include "scene/changes/named_parts.h"
+#include "scene/changes/scene_changes.h"
 
 namespace polyhull::element {
 
@@ -43,25 +46,6 @@ namespace {
 
 using S = SceneSettings;
 
-/// The string at \p Member, which \p Parse must take.
-template <auto Member, auto Parse>
-constexpr Property<S> changes_property(const char* name, const char* nick, const char* blurb,
-                                       const char* form) {
-  Property<S> row = property<Member>(name, nick, blurb);
-  row.set = [](S& settings, const GValue* value) {
-    const gchar* text = g_value_get_string(value);
-    try {
-      Parse(text != nullptr ? text : "");
-    } catch (const Error&) {
-      return false;
-    }
-    settings.*Member = text != nullptr ? text : "";
-    return true;
-  };
-  row.form = form;
-  return row;
-}
-
 constexpr double far = 1e6;
 constexpr Property<S> table[] = {
     property<&S::scene>(
@@ -90,17 +74,25 @@ constexpr Property<S> table[] = {
                               "Angle on the orbit at stream time 0, degrees from the z axis "
                               "towards the x axis, -360 to 360.",
                               -360.0, 360.0),
-    changes_property<&S::nodes, parse_node_changes>(
+    parsed_property<&S::nodes, parse_node_changes>(
         "nodes", "Nodes",
         "How nodes of the scene differ from what its file says, with all that hangs on them: "
         "entries with semicolons between, each the name of a node (with spaces in quotes) and what "
         "of "
         "move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z, through the node's "
-        "origin), scale=FACTOR and visible=yes or no changes. It is another scene, and comes as "
-        "such.",
+        "origin), scale=FACTOR and visible=yes or no changes. They are there with the next frame, "
+        "and "
+        "the light on them follows.",
         "node changes as in door turn=0,80,0; vase move=0.5,0,0 scale=2; chair visible=no, with "
         "finite numbers"),
-    changes_property<&S::lights, parse_light_changes>(
+    property<&S::animation>(
+        "animation", "Animation",
+        "Which of the scene's animations plays, from stream time 0 on: its name, else its number "
+        "from 1 on; 0: none. Empty: the first one, if the scene has any."),
+    property<&S::animation_loop>("animation-loop", "Animation loop",
+                                 "Whether the animation begins again where it ends; else its end "
+                                 "stays."),
+    parsed_property<&S::lights, parse_light_changes>(
         "lights", "Lights",
         "How lights differ from what the scene's file says: entries with semicolons between, each "
         "the name of a light (with spaces in quotes), its number from 1 on or * for all, and what "
@@ -225,6 +217,32 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
   Camera camera = look_at(pose.eye, pose.target, fov, width, height, up);
   camera.distortion = settings.distortion();
   return camera;
+}
+
+double time_of(int number, const Scene& scene, const SceneSettings& settings, double seconds) {
+  return time_in(scene.animations->at(static_cast<std::size_t>(number) - 1), seconds,
+                 settings.animation_loop);
+}
+
+FoundPose scene_pose(const SceneSettings& settings, const Scene& scene, double seconds) {
+  static const std::vector<Animation> none;
+  const std::vector<Animation>& animations = scene.animations ? *scene.animations : none;
+  FoundPose found{{settings.nodes}, {}};
+  const std::optional<int> number = find_animation(animations, settings.animation);
+  if (!number) {
+    std::vector<std::string> there;
+    for (const Animation& animation : animations) there.push_back(animation.name);
+    found.missing =
+        missing_words(scene.name, "animation", "'" + settings.animation + "'", there, true);
+  } else if (*number > 0) {
+    found.pose.animation = *number;
+    found.pose.animation_time = time_of(*number, scene, settings, seconds);
+  }
+  return found;
+}
+
+std::string joined(const std::string& first, const std::string& second) {
+  return first + (first.empty() || second.empty() ? "" : " ") + second;
 }
 
 float light_factor(const SceneSettings& settings, bool assumed) {

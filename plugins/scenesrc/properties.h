@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "plugins/common/viewport.h"
+#include "scene/animation/scene_pose.h"
 #include "scene/scene.h"
 #include "track/tracked_pose.h"
 #include "view/background.h"
@@ -21,8 +22,10 @@ enum class Refinement { automatic, always, never };
 /// Metres, degrees, and degrees per second of stream time.
 struct SceneSettings : ViewportSettings {
   std::string scene;
+  std::uint64_t scene_choice = 0;  // how often it has been set
   std::string nodes;               // as parse_node_changes() takes it
-  std::uint64_t scene_choice = 0;  // how often one of these two has been set
+  std::string animation;           // as find_animation() takes it
+  bool animation_loop = true;
   std::string camera;
   ViewportPath path = ViewportPath::still;
   double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;
@@ -50,6 +53,21 @@ std::span<const Property<SceneSettings>> scene_properties();
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
                       const std::optional<TrackedPose>& tracked, const KeyFrames* keys,
                       const Scene& scene, double seconds, int width, int height);
+
+/// A pose of a scene.
+struct FoundPose {
+  ScenePose pose;
+  std::string missing;  ///< what is to be said of an animation that is not there; empty: nothing
+  bool operator==(const FoundPose&) const = default;
+};
+
+/// Where the settings and the animation have the nodes of \p scene, as its file gave it, at stream time \p seconds.
+FoundPose scene_pose(const SceneSettings& settings, const Scene& scene, double seconds);
+/// The time in animation \p number of \p scene then.
+double time_of(int number, const Scene& scene, const SceneSettings& settings, double seconds);
+
+/// Two sentences, either of which may be empty.
+std::string joined(const std::string& first, const std::string& second);
 
 /// A scene's lights.
 struct SceneLights {

@@ -46,7 +46,7 @@ struct SceneSrc : FrameSource {
   void property_set(gpointer object, std::string_view name) {
     if (name == "is-live")
       gst_base_src_set_live(GST_BASE_SRC(object), snapshot(object, settings).live);
-    if (name == "scene" || name == "nodes") {
+    if (name == "scene") {
       const ObjectLock lock(object);
       ++settings.scene_choice;
     }
@@ -111,8 +111,11 @@ std::optional<TrackedPose> tracked_at(SceneSrc& self, GstBaseSrc* source, GstClo
 }
 
 /// Has the stream show the scene that is asked for, as soon as that can be; true if that is another one.
-bool follow_scene(SceneSrc& self, GstBaseSrc* source, const SceneSettings& settings) {
+/// Its animation is at stream time \p pts.
+bool follow_scene(SceneSrc& self, GstBaseSrc* source, const SceneSettings& settings,
+                  GstClockTime pts) {
   SceneWish wish;
+  wish.seconds = static_cast<double>(pts) / GST_SECOND;
   wish.live = gst_base_src_is_live(source);
   wish.stopped = [&] { return self.track.unlocked(); };
   wish.followed = [&](const SceneFile& file) {
@@ -176,16 +179,18 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const GstVideoInfo info = snapshot(push, self.info);
     if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open())
       return GST_FLOW_NOT_NEGOTIATED;
-    const bool other = follow_scene(self, source, snapshot(push, self.settings));
+    const bool first = !stream.is_lit();
+    const bool other =
+        follow_scene(self, source, snapshot(push, self.settings), self.clock.next().time);
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     const Stopwatch watch;
     const LoopWatch loops;
     const std::string said = stream.background().light_not_kept();
-    if (other || !stream.is_lit())
+    if (other || first)
       if (const std::string why = stream.about_scene(snapshot(push, self.settings)); !why.empty())
         statistics.warn(GST_ELEMENT(push), "warnings", why);
     bool lit = false;
-    if (gst_base_src_is_live(source) && !stream.is_lit()) {
+    if (gst_base_src_is_live(source) && first) {
       // The light takes its time; which frame is due is known after that.
       lit = stream.draw(GST_ELEMENT(push), statistics, snapshot(push, self.settings), {}, {}, info,
                         self.clock.next().time) == Background::Work::lit;
@@ -196,6 +201,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const std::optional<TrackedPose> tracked = tracked_at(self, source, pts);
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     const auto [settings, control] = snapshots(push, self.settings, self.control);
+    if (lit) follow_scene(self, source, settings, pts);  // time has passed
 
     const Background::Work work =
         stream.draw(GST_ELEMENT(push), statistics, settings, control, tracked, info, pts);

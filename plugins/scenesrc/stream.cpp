@@ -90,11 +90,11 @@ std::string SceneStream::about_scene(const SceneSettings& settings) const {
         "assumed, which do not reach into closed rooms. Give it a lamp, sun or glowing plane, or "
         "set assumed-light=false to have it dark.",
         scene.name);
-  if (!shown.nodes_missing.empty()) said += (said.empty() ? "" : " ") + shown.nodes_missing;
-  if (!scene.left_out.empty())
-    said += fmt::format("{}Of the scene '{}' are not drawn as its file says: {}.",
-                        said.empty() ? "" : " ", scene.name, scene.left_out);
-  return said;
+  said = joined(joined(said, shown.nodes_missing), shown.found.missing);
+  return scene.left_out.empty()
+             ? said
+             : joined(said, fmt::format("Of the scene '{}' are not drawn as its file says: {}.",
+                                        scene.name, scene.left_out));
 }
 
 std::string SceneStream::clipped(const SceneSettings& settings) {
@@ -163,7 +163,7 @@ GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
 GstEvent* SceneStream::take_announcement() {
   Announcement announcement = scenes_.shown().background->announcement();
   announcement.scene_version = scenes_.shown().file.version;
-  announcement.nodes = scenes_.shown().file.nodes;
+  announcement.pose = scenes_.shown().found.pose;
   announcement.aperture = aperture_;
   announcement.focus_distance = focus_distance_;
   std::string json = announcement_to_json(announcement);

@@ -30,7 +30,7 @@ class SceneStream {
   bool is_open() const { return scenes_.is_open(); }
   Background& background() { return *scenes_.shown().background; }
 
-  /// Goes over to the scene of \p settings once it can be drawn; true if it does.
+  /// As Scenes::follow().
   bool follow_scene(const SceneSettings& settings, const SceneWish& wish);
 
   /// ms that the light took that draw() told of where that was not the frame's time; once.

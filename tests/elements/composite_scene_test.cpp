@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "animated_file.h"
 #include "composite_bench.h"
 #include "scene/announcement.h"
 
@@ -31,7 +32,7 @@ struct Folder {
 struct Announced : Bench {
   int number = 0;
   std::vector<Light> lights = synthetic::small_room(true).lights;
-  std::string nodes;
+  ScenePose pose;
   explicit Announced(const char* backend = "processor") {
     wait_for_all();
     gst_util_set_object_arg(G_OBJECT(element), "backend", backend);
@@ -44,7 +45,7 @@ struct Announced : Bench {
     announcement.scene = scene;
     announcement.scene_version = version;
     announcement.lights = lights;
-    announcement.nodes = nodes;
+    announcement.pose = pose;
     gst_harness_push_event(
         background, gst_event_new_custom(
                         GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
@@ -257,13 +258,25 @@ static void check_nodes(const char* backend) {
   fail_unless(of_open != of_closed);
   Announced bench(backend);
   fail_unless(bench.show(open) == of_open);
-  bench.nodes = "door move=-2,0,0";
+  bench.pose.nodes = "door move=-2,0,0";
   fail_unless(bench.show(open) == of_closed);
-  bench.nodes.clear();
+  bench.pose = {};
   fail_unless(bench.show(open) == of_open);
-  bench.nodes = "door move=-2";
+  bench.pose.nodes = "door move=-2";
   fail_unless(bench.show(open) == of_open);
   fail_unless_equals_uint64(bench.count("announcements-unusable"), 1);
+  // An animation that closes the door hides the subject as the door does.
+  add_animation(open, "close", {{"door", "translation", {0, 2}, {0, 0, 0, -2, 0, 0}}});
+  Announced animated(backend);
+  animated.pose = {"", 1, 0.0};
+  fail_unless(animated.show(open) == of_open);
+  animated.pose.animation_time = 2.0;
+  fail_unless(animated.show(open) == of_closed);
+  animated.pose.animation_time = 1.0;
+  fail_unless(animated.show(open) != of_closed);
+  animated.pose.animation = 2;
+  animated.show(open);
+  fail_unless_equals_uint64(animated.count("announcements-unusable"), 1);
 }
 
 GST_START_TEST(nodes_are_where_they_are_announced) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What people ask of a scene's lights and nodes.
-#include "scene/scene_changes.h"
+#include "scene/changes/scene_changes.h"
 
 #include <gtest/gtest.h>
 
+#include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 #include <string>
 #include <vector>
@@ -186,10 +187,14 @@ TEST(LightChangesTest, LampsFollow) {
   EXPECT_FALSE(lamps_differ(scene, {}));
 }
 
+Mat4 at(double x) {
+  return glm::translate(Mat4(1.0), Vec3(x, 0.0, 0.0));
+}
+
 /// A frame, and on it a door with a lamp behind another lamp's mesh; nothing else moves.
 Scene with_door() {
   Scene scene = lit_scene();
-  scene.nodes = {{"house", -1, {0, 0, 0}}, {"frame", 0, {1, 0, 0}}, {"door", 1, {2, 0, 0}}};
+  scene.nodes = {{"house", -1, at(0)}, {"frame", 0, at(1)}, {"door", 1, at(2)}};
   scene.meshes[0].node = 0;
   scene.meshes.insert(scene.meshes.begin(),
                       parallelogram("leaf", 0, {2, 0, 0}, {1, 0, 0}, {0, 2, 0}));
@@ -204,7 +209,7 @@ Scene with_door() {
 Scene with(const std::string& changes, std::string* said = nullptr) {
   Scene scene = with_door();
   scene.name = "house.glb";
-  const std::string missing = change_nodes(parse_node_changes(changes), scene);
+  const std::string missing = pose_scene({changes}, scene);
   if (said)
     *said = missing;
   else
@@ -259,7 +264,7 @@ TEST(NodeChangesTest, NamesAndWords) {
     EXPECT_THROW(parse_node_changes(text), Error) << text;
   // In a scene without nodes each mesh is one.
   Scene plain = lit_scene();
-  EXPECT_EQ(change_nodes(parse_node_changes("lamp move=0,0.5,0"), plain), "");
+  EXPECT_EQ(pose_scene({"lamp move=0,0.5,0"}, plain), "");
   expect_near(plain.lights[0].centre, {0, 2.5f, 0});
   EXPECT_FLOAT_EQ(plain.meshes[1].positions[0].y, 2.5f);
 }
@@ -274,10 +279,10 @@ TEST_F(NodeFileTest, NodesAreThoseOfTheFile) {
   ASSERT_EQ(scene.nodes.size(), 2u);
   EXPECT_EQ(scene.nodes[0].name, "hinge");
   EXPECT_EQ(scene.nodes[1].parent, 0);
-  expect_near(scene.nodes[1].origin, {3, 0, 0});
+  expect_near(Vec3f(Vec3(scene.nodes[1].to_world[3])), {3, 0, 0});
   EXPECT_EQ(scene.meshes[0].node, 1);
   Scene turned = scene;
-  change_nodes(parse_node_changes("hinge turn=0,90,0"), turned);
+  pose_scene({"hinge turn=0,90,0"}, turned);
   expect_near(turned.meshes[0].positions[0], {2, 0, -1});
 }
 

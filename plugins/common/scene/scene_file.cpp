@@ -37,8 +37,7 @@ void give_way() {
 bool followers_ready(GstPad* pad, const SceneFile& file) {
   GstQuery* query = gst_query_new_custom(
       GST_QUERY_CUSTOM, gst_structure_new(query_name, "scene", G_TYPE_STRING, file.name.c_str(),
-                                          "version", G_TYPE_INT, file.version, "nodes",
-                                          G_TYPE_STRING, file.nodes.c_str(), nullptr));
+                                          "version", G_TYPE_INT, file.version, nullptr));
   gboolean ready = TRUE;
   if (gst_pad_peer_query(pad, query))
     gst_structure_get_boolean(gst_query_get_structure(query), "ready", &ready);
@@ -61,7 +60,6 @@ SceneFile scene_of(GstQuery* query) {
   const GstStructure* asked = gst_query_get_structure(query);
   SceneFile file{gst_structure_get_string(asked, "scene"), 0};
   gst_structure_get_int(asked, "version", &file.version);
-  if (const gchar* nodes = gst_structure_get_string(asked, "nodes")) file.nodes = nodes;
   return file;
 }
 

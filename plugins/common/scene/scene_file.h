@@ -5,8 +5,8 @@
 ///
 /// A scene that comes while playing would hold up the frame in which composite reads its file. So
 /// scenesrc, once it begins to load it, asks downstream with each frame by the custom query
-/// "polyhull-scene" (fields `scene`, a string, `version`, an int, and `nodes`, a string), upon which
-/// composite loads it, too; the answer is the field `ready`, a boolean. Without an answer the scene is
+/// "polyhull-scene" (fields `scene`, a string, and `version`, an int), upon which composite loads it, too;
+/// the answer is the field `ready`, a boolean. Without an answer the scene is
 /// shown as soon as scenesrc has it.
 #pragma once
 
@@ -21,11 +21,10 @@
 
 namespace polyhull::element {
 
-/// As Announcement::scene, Announcement::scene_version and Announcement::nodes.
+/// As Announcement::scene and Announcement::scene_version.
 struct SceneFile {
   std::string name;
   int version = 0;
-  std::string nodes = {};
   bool operator==(const SceneFile&) const = default;
 };
 

@@ -16,7 +16,7 @@
 /// - `size`: factor on width and height, 0.001 to 1000, the power staying the same.
 /// Of nodes, with all that hangs on them, children and lights:
 /// - `move`, `turn`, `scale`: likewise along the scene's axes, through the node's own origin, from where
-///   the file has it; what a node above it does comes on top;
+///   the file or its animation has it; what a node above it does comes on top;
 /// - `visible`: yes or no; a hidden lamp gives no light.
 /// Of entries for the same light or node all hold, the later ones after the earlier ones; of `visible`
 /// the last one. Cameras stay where the file has them, and of a sun only the direction follows its node.
@@ -27,6 +27,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scene/animation/scene_pose.h"
 #include "scene/scene.h"
 
 namespace polyhull {
@@ -60,11 +61,13 @@ struct NodeChange {
 /// Throws Error (bad_input) that says which part of \p text is not understood, as parse_light_changes().
 std::vector<NodeChange> parse_node_changes(std::string_view text);
 
-/// Changes \p scene, as its file gave it; in one that has no nodes each mesh is a node with its name
-/// and the scene's origin. Lights stay as many as they are. Returns which nodes are named that are not
-/// there, as change_lights(). Throws Error (bad_input) where nothing is left to be seen, or anything is
-/// beyond 1e6 m.
-std::string change_nodes(const std::vector<NodeChange>& changes, Scene& scene);
+/// Brings \p scene, as its file gave it, into \p pose: its animation at that time, and on top of it the
+/// changes of nodes. In a scene that has no nodes each mesh is a node with its name and the scene's origin. Lights stay as
+/// many as they are, and so do meshes and their vertices unless nodes are hidden. Returns which nodes are
+/// named that are not there, as change_lights(). Throws Error (bad_input) for nodes that are not
+/// understood, for an animation that is not there, where nothing is left to be seen, or anything is beyond
+/// 1e6 m.
+std::string pose_scene(const ScenePose& pose, Scene& scene);
 
 /// Whether a mesh of \p scene that shows a light is elsewhere than that light of \p lights; lights beyond
 /// the scene's own, or of other meshes, do not count.
