@@ -118,7 +118,8 @@ void plan_mirrors(const RenderFrame& frame, const RenderSettings& settings, cons
                   RenderPlan& plan) {
   MirrorSearch search{*frame.scene,          plan.clip_from_scene, plan.eye,
                       PixelRays(viewport),   frame.width,          frame.height,
-                      settings.mirror_depth, settings.skip,        {}};
+                      settings.mirror_depth, settings.skip,        {},
+                      frame.mirrors_left_out};
   for (const PlacedSubject& subject : plan.subjects) search.subjects.emplace_back(subject.points);
   plan.mirrors = find_seen_mirrors(search);
   std::set<std::size_t> seen;

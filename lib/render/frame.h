@@ -89,9 +89,11 @@ struct RenderFrame {
   /// The same ready for rays, where somebody has made it; null: renderers make their own.
   std::shared_ptr<const TracedScene> traced;
   std::vector<Light> lights;  ///< as many as the scene's, as they are now
-  float exposure = 1.0f;      ///< as Scene::exposure
-  Vec3f ambient{0.0f};        ///< as Announcement::ambient
-  Vec3f sky{0.0f};            ///< as Announcement::sky
+  /// By Scene::mirrors: which are to show nobody; none: all may show somebody.
+  std::vector<bool> mirrors_left_out;
+  float exposure = 1.0f;  ///< as Scene::exposure
+  Vec3f ambient{0.0f};    ///< as Announcement::ambient
+  Vec3f sky{0.0f};        ///< as Announcement::sky
   std::vector<RenderSubject> subjects;
   /// Where the background's drawing has them ready, the scene's triangles on the screen. Taken by the
   /// processor's renderer where they are of this view of this scene; the picture is the same to the
@@ -135,7 +137,7 @@ struct RenderPlan {
   int unusable = 0;                     ///< those left out: not finite, or beyond 1e9 m
   Rectangle subject, shadow;
   std::vector<SeenMirror> mirrors;  ///< each after the one that shows it
-  std::size_t mirrors_skipped = 0;  ///< of Scene::mirrors: nobody is seen in them
+  std::size_t mirrors_skipped = 0;  ///< of Scene::mirrors: nobody is seen in them, or is to be
   std::vector<ShadowLight>
       lights;  ///< those whose shadows are drawn; `shadow` and so on bound theirs
   /// The lights that subjects can block, whether their shadows are in the picture or not: of all these

@@ -94,7 +94,8 @@ std::vector<SeenMirror> all_seen(const MirrorSearch& search) {
   const auto look = [&](int within) {
     for (std::size_t i = 0; i < known && all.size() < most_tried; ++i) {
       const SeenMirror* outer = within < 0 ? nullptr : &all[static_cast<std::size_t>(within)];
-      if (outer && outer->way.back() == i) continue;
+      if ((outer && outer->way.back() == i) || (i < search.left_out.size() && search.left_out[i]))
+        continue;
       std::optional<SeenMirror> seen = see(search, outer, i);
       if (!seen) continue;
       seen->within = within;

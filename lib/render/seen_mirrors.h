@@ -43,6 +43,7 @@ struct MirrorSearch {
   bool skip =
       true;  ///< leave images empty of which no pixel is seen; else they are the whole picture
   std::vector<std::span<const Vec3f>> subjects;  ///< their points, scene coordinates
+  const std::vector<bool>& left_out;             ///< as RenderFrame::mirrors_left_out
 };
 
 /// The mirrors whose part of the picture overlaps the subjects' image, the most_mirrors largest images with

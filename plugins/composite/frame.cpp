@@ -43,6 +43,7 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "mirror-skipped",
                       "mirrors",
                       "mirrors-skipped",
+                      "mirrors-missing",
                       "shadow-lights",
                       "lights-skipped",
                       "scene-depth-reused",
@@ -88,6 +89,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   fading_ = std::any_of(opacities_.begin(), opacities_.end(), [](float o) { return o < 1.0f; });
   set_viewport(settings, time);
   set_scene(settings, live);
+  set_mirrors(settings.mirrors);
   set_lens(settings, info, background);
   number_ = GST_BUFFER_PTS_IS_VALID(background) ? GST_BUFFER_PTS(background) : number_ + 1;
   on_gpu_ = on_gpu;

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "plugins/composite/frame.h"
+#include "scene/changes/mirror_choice.h"
 #include "scene/changes/scene_changes.h"
 
 namespace polyhull::element {
@@ -80,6 +81,17 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
                     : frame_.scene          ? frame_.scene->exposure
                                             : 1.0f;
   frame_.ambient = frame_.sky = Vec3f(0.0f);
+}
+
+/// Which of the scene's mirrors show nobody.
+void FrameComposer::set_mirrors(const std::string& choice) {
+  frame_.mirrors_left_out.clear();
+  ChosenMirrors chosen;
+  if (frame_.scene) chosen = choose_mirrors(parse_mirror_choice(choice), *frame_.scene);
+  frame_.mirrors_left_out = std::move(chosen.left_out);
+  if (mirrors_missing_ != chosen.missing && !chosen.missing.empty())
+    statistics_.warn(gl_.element(), "mirrors-missing", chosen.missing);
+  mirrors_missing_ = std::move(chosen.missing);
 }
 
 /// The background's, else that of the properties. One that is impossible for a moment does not end the

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plugins/common/scene/parsed_property.h"
+#include "scene/changes/mirror_choice.h"
+
 namespace polyhull::element {
 
 template <>
@@ -139,6 +142,12 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "By way of how many mirrors, one seen in the other, the subject is "
           "seen (1 to 4).",
           1, 4),
+      parsed_property<&S::mirrors, parse_mirror_choice>(
+          "mirrors", "Mirrors",
+          "Which of the scene's planar mirrors show the subject: auto for all, or the names of "
+          "nodes, semicolons between and those with spaces in quotes; a minus before a name leaves "
+          "its mirrors out.",
+          "auto, or names of nodes as in floor; \"tall mirror\" or -window"),
       property<&S::alpha>("alpha", "Alpha",
                           "What the colours beside an alpha below 1 are, of the background and of "
                           "the output alike. "

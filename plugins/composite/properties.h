@@ -47,6 +47,7 @@ struct CompositeSettings : ViewportSettings {
   MirrorMode mirror = RenderSettings{}.mirror;
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   int mirror_depth = RenderSettings{}.mirror_depth;
+  std::string mirrors = "auto";  // as parse_mirror_choice() takes it
   AlphaCoding alpha = AlphaCoding::straight;
   CompositeView view = CompositeView::composite;
   int edge_samples = RenderSettings{}.edge_samples;

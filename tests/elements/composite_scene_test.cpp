@@ -289,6 +289,29 @@ GST_START_TEST(nodes_are_where_they_are_announced_by_gl) {
 }
 GST_END_TEST;
 
+// Mirrors are chosen by the scene's names, from the next frame on.
+GST_START_TEST(mirrors_are_chosen_by_name) {
+  const Folder folder;
+  Scene room = synthetic::small_room(true);
+  fail_unless_equals_int(room.mirrors.size(), 1);
+  room.meshes[static_cast<std::size_t>(room.mirrors[0].mesh)].name = "wet floor";
+  save_scene(room, folder.scene("room.glb"));
+  Announced bench;
+  const auto mirrors = [&](const char* choice) {
+    g_object_set(bench.element, "mirrors", choice, nullptr);
+    const guint64 before = bench.count("mirrors");
+    bench.show(folder.scene("room.glb"));
+    return bench.count("mirrors") - before;
+  };
+  fail_unless_equals_uint64(mirrors("auto"), 1);
+  fail_unless_equals_uint64(mirrors("-'wet floor'"), 0);
+  fail_unless_equals_uint64(mirrors("'wet floor'"), 1);
+  fail_unless_equals_uint64(bench.count("mirrors-missing"), 0);
+  for (int i = 0; i < 3; ++i) fail_unless_equals_uint64(mirrors("lake"), 0);
+  fail_unless_equals_uint64(bench.count("mirrors-missing"), 1);
+}
+GST_END_TEST;
+
 // The property's scene: not live it is there with the next frame, live the last one goes on until then.
 GST_START_TEST(the_propertys_scene_changes) {
   const Folder folder;
@@ -343,6 +366,7 @@ static Suite* composite_scene_suite(void) {
   tcase_add_test(tcase, lamps_are_where_they_are_announced);
   tcase_add_test(tcase, nodes_are_where_they_are_announced);
   tcase_add_test(tcase, nodes_are_where_they_are_announced_by_gl);
+  tcase_add_test(tcase, mirrors_are_chosen_by_name);
   tcase_add_test(tcase, the_propertys_scene_changes);
   suite_add_tcase(suite, tcase);
   return suite;

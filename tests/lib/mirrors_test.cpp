@@ -159,6 +159,12 @@ TEST_P(MirrorsTest, EachShowsWhatItShowsAlone) {
       stage.frame.scene = std::make_shared<const Scene>(std::move(some));
       pictures[set] = stage.composite(*renderer, {});
       EXPECT_EQ(renderer->statistics().mirrors, set == 3 ? 2u : set > 0 ? 1u : 0u);
+      // A mirror that is left out shows what one shows that is not there.
+      stage.frame.scene = std::make_shared<const Scene>(scene);
+      stage.frame.mirrors_left_out = {(set & 1) == 0, (set & 2) == 0};
+      EXPECT_EQ(stage.composite(*renderer, {}).pixels, pictures[set].pixels) << set;
+      EXPECT_EQ(renderer->statistics().mirrors, set == 3 ? 2u : set > 0 ? 1u : 0u);
+      stage.frame.mirrors_left_out.clear();
     }
     int own[2] = {}, shared = 0;
     for (int y = 0; y < 135; ++y) {

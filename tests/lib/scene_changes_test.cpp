@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "builtin/shapes.h"
 #include "scene/assumed_light.h"
+#include "scene/changes/mirror_choice.h"
 #include "scene_file.h"
 
 namespace polyhull {
@@ -267,6 +268,41 @@ TEST(NodeChangesTest, NamesAndWords) {
   EXPECT_EQ(pose_scene({"lamp move=0,0.5,0"}, plain), "");
   expect_near(plain.lights[0].centre, {0, 2.5f, 0});
   EXPECT_FLOAT_EQ(plain.meshes[1].positions[0].y, 2.5f);
+}
+
+TEST(MirrorChoiceTest, NamesAndMinuses) {
+  const auto choice = [](const char* text) { return parse_mirror_choice(text); };
+  for (const char* all : {"", "auto", " ; "})
+    EXPECT_TRUE(choice(all).shown.empty() && choice(all).left_out.empty()) << all;
+  EXPECT_EQ(choice("floor; \"tall one\"").shown, (std::vector<std::string>{"floor", "tall one"}));
+  EXPECT_EQ(choice("-a;-'b c' ; d").left_out, (std::vector<std::string>{"a", "b c"}));
+  EXPECT_EQ(choice("\"-a\"; 'auto'").shown, (std::vector<std::string>{"-a", "auto"}));
+  for (const char* text : {"-", "floor wall", "\"open", "- ;a", "''"})
+    EXPECT_THROW(parse_mirror_choice(text), Error) << text;
+}
+
+TEST(MirrorChoiceTest, NodesStandForAllThatHangsOnThem) {
+  Scene scene = with_door();
+  scene.name = "house.glb";
+  scene.materials.resize(3);
+  scene.materials[2].roughness = 0.0f;
+  scene.meshes[0].material = scene.meshes[1].material = 2;  // the leaf of the door, and the floor
+  scene.mirrors = find_mirrors(scene);
+  ASSERT_EQ(scene.mirrors.size(), 2u);
+  const auto chosen = [&](const char* text) {
+    return choose_mirrors(parse_mirror_choice(text), scene);
+  };
+  using Out = std::vector<bool>;
+  EXPECT_EQ(chosen("auto").left_out, Out());
+  EXPECT_EQ(chosen("leaf").left_out, (Out{false, true}));
+  EXPECT_EQ(chosen("frame").left_out, (Out{false, true}));
+  EXPECT_EQ(chosen("-door").left_out, (Out{true, false}));
+  EXPECT_EQ(chosen("house").left_out, (Out{false, false}));
+  EXPECT_EQ(chosen("house; -frame").left_out, (Out{true, false}));
+  EXPECT_EQ(chosen("house").missing, "");
+  EXPECT_EQ(chosen("lake").left_out, (Out{true, true}));
+  EXPECT_EQ(chosen("lake").missing,
+            "The scene 'house.glb' has no mirror 'lake'; it has 'leaf', 'floor'.");
 }
 
 using NodeFileTest = SceneFile;
