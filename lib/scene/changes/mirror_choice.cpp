@@ -22,11 +22,14 @@ Error no_choice(std::string_view what) {
 
 /// The names of what shows \p mirror, and of all that it hangs on.
 std::set<std::string> names_of(const Mirror& mirror, const Scene& scene) {
-  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(mirror.mesh)];
-  std::set<std::string> names{mesh.name};
-  for (int n = mesh.node; n >= 0 && !scene.nodes.empty();
-       n = scene.nodes[static_cast<std::size_t>(n)].parent)
-    names.insert(scene.nodes[static_cast<std::size_t>(n)].name);
+  std::set<std::string> names;
+  for (const int tile : mirror.meshes) {
+    const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(tile)];
+    names.insert(mesh.name);
+    for (int n = mesh.node; n >= 0 && !scene.nodes.empty();
+         n = scene.nodes[static_cast<std::size_t>(n)].parent)
+      names.insert(scene.nodes[static_cast<std::size_t>(n)].name);
+  }
   return names;
 }
 
@@ -64,8 +67,10 @@ ChosenMirrors choose_mirrors(const MirrorChoice& choice, const Scene& scene) {
     out.left_out.push_back((!choice.shown.empty() && !has_any(names, choice.shown)) ||
                            has_any(names, choice.left_out));
     known.insert(names.begin(), names.end());
-    const std::string& own = scene.meshes[static_cast<std::size_t>(mirror.mesh)].name;
-    if (std::find(there.begin(), there.end(), own) == there.end()) there.push_back(own);
+    for (const int tile : mirror.meshes) {
+      const std::string& own = scene.meshes[static_cast<std::size_t>(tile)].name;
+      if (std::find(there.begin(), there.end(), own) == there.end()) there.push_back(own);
+    }
   }
   std::string missing;
   for (const auto& names : {choice.shown, choice.left_out})

@@ -6,7 +6,7 @@
 ///     floor; "tall mirror"
 ///     -window; -"glass door"
 ///
-/// A name means the mirrors of a node of that name and of all that hangs on it. Names with a minus are left
+/// A name means the mirrors of a node of that name and of all that hangs on it, whole planes of tiles. Names with a minus are left
 /// out; where there are others, those alone are shown, but for what is left out of them.
 #pragma once
 
