@@ -3,18 +3,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
 
 #include "base/thread_pool.h"
 #include "render/frame.h"
 #include "render/light_samples.h"
+#include "render/projection.h"
 
 namespace polyhull {
 namespace {
+
+constexpr int ways = 32;             // in which a body may hide what comes from all sides
+constexpr float body_albedo = 0.3f;  // of skin and clothes, more or less
 
 /// Where a point lies among the nodes: the first of the eight around it, and how far beyond it.
 struct Cell {
   std::size_t node;
   float share[3];
+  int dy, dz;  // nodes to the next row, to the next layer
 
   Cell(const std::array<int, 3>& size, const Vec3f& point) {
     int low[3];
@@ -25,29 +33,22 @@ struct Cell {
       low[k] = std::min(static_cast<int>(t), last - 1);
       share[k] = t - static_cast<float>(low[k]);
     }
-    node = static_cast<std::size_t>((low[2] * size[1] + low[1]) * size[0] + low[0]);
+    dy = size[0];
+    dz = size[0] * size[1];
+    node = static_cast<std::size_t>(low[2] * dz + low[1] * dy + low[0]);
+  }
+  /// Calls use(node, weight) for the eight around it.
+  template <typename Use>
+  void for_corners(const Use& use) const {
+    for (int corner = 0; corner < 8; ++corner) {
+      float weight = 1.0f;
+      for (int k = 0; k < 3; ++k) weight *= corner >> k & 1 ? share[k] : 1.0f - share[k];
+      use(node +
+              static_cast<std::size_t>((corner & 1) + (corner >> 1 & 1) * dy + (corner >> 2) * dz),
+          weight);
+    }
   }
 };
-
-/// What share of the light that \p light gives to what faces it at \p place a surface of \p normal gets:
-/// by the middles of as many parts of it as it looks large from there.
-float faced_share(const Light& light, const Vec3f& place, const Vec3f& normal) {
-  const Vec3f middle = light.centre - place;
-  const float wide = glm::length(glm::cross(light.u, light.v)) / glm::dot(middle, middle);
-  const int side = wide < 0.003f ? 1 : wide < 0.03f ? 2 : 4;
-  const Vec3f back = light_normal(light);
-  float all = 0.0f, got = 0.0f;
-  for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i) {
-      const Vec3f way = middle + ((2.0f * i + 1.0f) / side - 1.0f) * light.u +
-                        ((2.0f * j + 1.0f) / side - 1.0f) * light.v;
-      const float square = std::max(glm::dot(way, way), 1e-6f), distance = std::sqrt(square);
-      const float given = light_exit(light, -glm::dot(back, way) / distance) / square;
-      all += given;
-      got += given * std::max(glm::dot(normal, way) / distance, 0.0f);
-    }
-  return all > 0.0f ? got / all : 0.0f;
-}
 
 /// Unit normals at the vertices of a mesh; 0 where it has no area.
 std::vector<Vec3f> normals_of(const Mesh& mesh) {
@@ -67,6 +68,224 @@ std::vector<Vec3f> normals_of(const Mesh& mesh) {
     n = length > 0.0f ? n / length : Vec3f(0.0f);
   }
   return out;
+}
+
+/// How far beside the middle of a lamp's part, in parts, a ray of row or column \p across ends: all of
+/// them are a grid that is turned a little, in which no two share a row.
+float aside(int across, int side) {
+  return (static_cast<float>(across) + 0.5f) / static_cast<float>(side) - 0.5f;
+}
+
+/// What falls on places of a body, a block of them at a time: rays to one part of a lamp, or in one
+/// direction, are traced together.
+class FormFinder {
+ public:
+  static constexpr std::size_t block = 64;
+
+  /// \p sides: parts_of_lamps().
+  FormFinder(const LightLattice& light, std::span<const int> sides, float amount,
+             const Hiding& hiding)
+      : light_(light), sides_(sides), amount_(amount), hiding_(hiding) {}
+
+  /// Writes the forms at \p places, at most block of them, to \p out.
+  void find(std::span<const Vec3f> places, std::span<const Vec3f> normals, Vec3f* out) {
+    points_.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      Point& at = points_.emplace_back(
+          Point{places[i], normals[i], {light_.size, (places[i] - light_.origin) / light_.cell}});
+      at.cell.for_corners(
+          [&](std::size_t node, float weight) { at.around.add(light_.indirect[node], weight); });
+      at.mean = at.even = at.around.mean();
+    }
+    for (std::size_t lamp = 0; lamp < light_.lamps.size(); ++lamp) add_lamp(lamp);
+    if (amount_ > 0.0f) add_around();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Point& at = points_[i];
+      const float amount = at.normal != Vec3f(0.0f) ? amount_ : 0.0f;
+      const Vec3f lit = at.even + amount * (at.faced - at.even);
+      for (int c = 0; c < 3; ++c) out[i][c] = at.mean[c] > 0.0f ? lit[c] / at.mean[c] : 1.0f;
+    }
+  }
+
+ private:
+  struct Point {
+    Vec3f place, normal;
+    Cell cell;
+    LightMoments around{};
+    Vec3f mean{0.0f};   // over all orientations, without bodies
+    Vec3f even{0.0f};   // the same past others
+    Vec3f faced{0.0f};  // on the surface past all
+    Vec3f power{0.0f};  // of the lamp at hand: what faces it gets
+  };
+  /// Of a ray: what it tells of its point.
+  struct Asked {
+    Point* at;
+    float even, faced;  // shares of Point::power
+  };
+
+  void ask(Point& at, const Vec3f& way, float far, const Asked& asked) {
+    rays_.push_back({at.place + hiding_.lift * at.normal, 0.0f, way, far});
+    asked_.push_back(asked);
+  }
+
+  /// Which of rays_ the body itself meets.
+  void trace_own() {
+    own_.assign(rays_.size(), 0);
+    if (hiding_.own) hiding_.trees->hide(*hiding_.own, rays_, own_);
+  }
+  /// Which of rays_ others meet.
+  void trace_others() {
+    others_.assign(rays_.size(), 0);
+    for (const std::size_t other : hiding_.others) hiding_.trees->hide(other, rays_, others_);
+  }
+
+  /// The light of a lamp, by the middles of as many parts of it as it looks large.
+  void add_lamp(std::size_t number) {
+    const Light& lamp = light_.lamps[number];
+    const Vec3f power = light_power(lamp), back = light_normal(lamp);
+    rays_.clear();
+    asked_.clear();
+    for (Point& at : points_) {
+      float facing = 0.0f;
+      at.cell.for_corners([&](std::size_t node, float weight) {
+        facing += weight * light_.direct[node * light_.lamps.size() + number];
+      });
+      if (!(facing > 0.0f)) continue;
+      at.power = facing * power;
+      at.mean += 0.25f * at.power;
+      const Vec3f middle = lamp.centre - at.place;
+      const float wide = glm::length(glm::cross(lamp.u, lamp.v)) / glm::dot(middle, middle);
+      const int side = wide == 0.0f ? 1 : std::min(wide < 0.003f ? 2 : 4, sides_[number]);
+      const auto along = [side](float part) { return (2.0f * part + 1.0f) / side - 1.0f; };
+      const std::size_t first = asked_.size();
+      float all = 0.0f;
+      for (int j = 0; j < side; ++j)
+        for (int i = 0; i < side; ++i) {
+          const Vec3f way = middle + along(i) * lamp.u + along(j) * lamp.v;
+          const float square = std::max(glm::dot(way, way), 1e-6f), distance = std::sqrt(square);
+          const float given = light_exit(lamp, -glm::dot(back, way) / distance) / square;
+          all += given;
+          const float faced = given * std::max(glm::dot(at.normal, way) / distance, 0.0f);
+          if (!(faced > 0.0f) && hiding_.others.empty()) continue;
+          // An edge along the lamp's side lets one ray after the other pass, not row by row.
+          const Vec3f to =
+              middle + along(i + aside(j, side)) * lamp.u + along(j - aside(i, side)) * lamp.v;
+          ask(at, to - hiding_.lift * at.normal, 1.0f - 1e-4f, {&at, given, faced});
+        }
+      if (hiding_.others.empty()) at.even += 0.25f * at.power;
+      for (std::size_t i = first; all > 0.0f && i < asked_.size(); ++i) {
+        asked_[i].even /= all;
+        asked_[i].faced /= all;
+      }
+    }
+    trace_own();
+    trace_others();
+    for (std::size_t i = 0; i < asked_.size(); ++i) {
+      const auto& [at, even, faced] = asked_[i];
+      if (others_[i]) continue;
+      if (!hiding_.others.empty()) at->even += 0.25f * even * at->power;
+      if (!own_[i]) at->faced += faced * at->power;
+    }
+  }
+
+  /// What comes from all sides. The directions are the same for all places, so that what is found changes
+  /// smoothly over a body and does not flicker while it moves: a spiral of Fibonacci's on the sphere.
+  void add_around() {
+    for (Point& at : points_) at.faced += at.around.irradiance(at.normal);
+    for (int k = 0; hiding_.own && k < ways; ++k) {
+      const float up = 1.0f - (2.0f * static_cast<float>(k) + 1.0f) / ways;
+      const float angle = 2.39996323f * static_cast<float>(k), flat = std::sqrt(1.0f - up * up);
+      const Vec3f way(flat * std::cos(angle), up, flat * std::sin(angle));
+      rays_.clear();
+      asked_.clear();
+      for (Point& at : points_) {
+        const float cosine = glm::dot(at.normal, way);
+        if (cosine > 0.0f)
+          ask(at, way, std::numeric_limits<float>::infinity(), {&at, 0.0f, cosine});
+      }
+      trace_own();
+      for (std::size_t i = 0; i < asked_.size(); ++i) {
+        if (!own_[i]) continue;
+        Point& at = *asked_[i].at;
+        const float share = 4.0f * asked_[i].faced / ways;  // of even light
+        at.faced +=
+            share * (body_albedo * at.even - std::numbers::pi_v<float> * at.around.radiance(way));
+      }
+    }
+    for (Point& at : points_) at.faced = glm::max(at.faced, Vec3f(0.0f));
+  }
+
+  const LightLattice& light_;
+  const std::span<const int> sides_;
+  const float amount_;
+  const Hiding& hiding_;
+  std::vector<Point> points_;
+  std::vector<Ray> rays_;
+  std::vector<Asked> asked_;
+  std::vector<std::uint8_t> own_, others_;
+};
+
+/// Of each lamp how many parts along a side are looked at, at most: the error of one that gives less
+/// counts less.
+std::vector<int> parts_of_lamps(const LightLattice& light) {
+  std::vector<float> given(light.lamps.size(), 0.0f);  // at most, to any node
+  for (std::size_t i = 0; i < light.direct.size(); ++i)
+    given[i % given.size()] = std::max(given[i % given.size()], light.direct[i]);
+  float all = 0.0f;
+  for (std::size_t lamp = 0; lamp < given.size(); ++lamp)
+    all += given[lamp] *= light_strength(light.lamps[lamp]);
+  std::vector<int> out;
+  for (const float lamp : given)
+    out.push_back(lamp * 8.0f >= all ? 4 : lamp * 64.0f >= all ? 2 : 1);
+  return out;
+}
+
+/// Normals of the subject's vertices in the scene.
+std::vector<Vec3f> scene_normals(const PlacedSubject& subject) {
+  std::vector<Vec3f> out = normals_of(*subject.mesh);
+  const glm::mat3 turn(glm::mat4(subject.local_to_scene));
+  for (Vec3f& normal : out) {
+    const Vec3f turned = turn * normal;
+    const float length = glm::length(turned);
+    normal = length > 0.0f ? turned / length : Vec3f(0.0f);
+  }
+  return out;
+}
+
+/// How far rays start over a subject's surface: a quarter of a side of its triangles, on average.
+float lift_of(const PlacedSubject& subject) {
+  const std::vector<std::uint32_t>& triangles = subject.mesh->hull.triangles;
+  double sum = 0.0;
+  for (std::size_t f = 0; f + 2 < triangles.size(); f += 3)
+    sum += glm::distance(subject.points[triangles[f]], subject.points[triangles[f + 1]]);
+  return static_cast<float>(0.25 * sum / static_cast<double>(triangles.size() / 3));
+}
+
+/// False where \p other stands nowhere between \p subject and any of \p lamps: some axis, or the line
+/// from one's middle to the other's, tells them apart.
+bool may_hide(const PlacedSubject& other, const PlacedSubject& subject,
+              std::span<const Light> lamps) {
+  const Bounds own = bounds_of(subject.points), box = bounds_of(other.points);
+  const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, box.min + box.max - own.min - own.max};
+  const auto range = [](const auto& points, const Vec3& axis) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const auto& point : points) {
+      low = std::min(low, glm::dot(Vec3(point), axis));
+      high = std::max(high, glm::dot(Vec3(point), axis));
+    }
+    return std::pair(low, high);
+  };
+  return std::any_of(lamps.begin(), lamps.end(), [&](const Light& lamp) {
+    std::vector<Vec3> between = corners(own);
+    for (const float i : {-1.0f, 1.0f})
+      for (const float j : {-1.0f, 1.0f})
+        between.emplace_back(lamp.centre + i * lamp.u + j * lamp.v);
+    return std::none_of(std::begin(axes), std::end(axes), [&](const Vec3& axis) {
+      const auto [low, high] = range(between, axis);
+      const auto [other_low, other_high] = range(corners(box), axis);
+      return high < other_low || other_high < low;
+    });
+  });
 }
 
 }  // namespace
@@ -98,69 +317,68 @@ Vec3f LightMoments::irradiance(const Vec3f& normal) const {
   return glm::max(0.375f * mean() + 0.5f * straight + 15.0f / 32.0f * square, Vec3f(0.0f));
 }
 
+Vec3f LightMoments::radiance(const Vec3f& way) const {
+  Vec3f straight(0.0f), square(0.0f), all(0.0f);
+  for (int k = 0; k < 3; ++k) {
+    straight += way[k] * first[k];
+    square += way[k] * way[k] * second[k] + 2.0f * way[k] * way[(k + 1) % 3] * second[3 + k];
+    all += second[k];
+  }
+  const Vec3f sum = all + 3.0f * straight + 7.5f * (square - all / 3.0f);
+  return glm::max(sum / (4.0f * std::numbers::pi_v<float>), Vec3f(0.0f));
+}
+
 Vec3f LightLattice::at(const Vec3f& point) const {
   const Cell cell_of(size, point);
-  const int dy = size[0], dz = size[0] * size[1];
   const Vec3f* const f = &factors[cell_of.node];
   const auto& share = cell_of.share;
   const auto along_x = [&](const Vec3f* p) { return p[0] + share[0] * (p[1] - p[0]); };
   const auto along_y = [&](const Vec3f* p) {
     const Vec3f a = along_x(p);
-    return a + share[1] * (along_x(p + dy) - a);
+    return a + share[1] * (along_x(p + cell_of.dy) - a);
   };
   const Vec3f a = along_y(f);
-  return a + share[2] * (along_y(f + dz) - a);
+  return a + share[2] * (along_y(f + cell_of.dz) - a);
 }
 
-Vec3f LightLattice::form_at(const Vec3f& point, const Vec3f& normal) const {
-  const Cell cell_of(size, point);
-  float weights[8];
-  std::size_t nodes[8];
-  LightMoments around;
-  for (int corner = 0; corner < 8; ++corner) {
-    float weight = 1.0f;
-    for (int k = 0; k < 3; ++k)
-      weight *= corner >> k & 1 ? cell_of.share[k] : 1.0f - cell_of.share[k];
-    weights[corner] = weight;
-    nodes[corner] =
-        cell_of.node + static_cast<std::size_t>((corner & 1) + (corner >> 1 & 1) * size[0] +
-                                                (corner >> 2) * size[0] * size[1]);
-    around.add(indirect[nodes[corner]], weight);
-  }
-  Vec3f given = around.irradiance(normal), mean = around.mean();
-  const Vec3f place = origin + cell * point;
-  for (std::size_t l = 0; l < lamps.size(); ++l) {
-    float facing = 0.0f;
-    for (int corner = 0; corner < 8; ++corner)
-      facing += weights[corner] * direct[nodes[corner] * lamps.size() + l];
-    if (!(facing > 0.0f)) continue;
-    const Vec3f power = facing * light_power(lamps[l]);
-    given += faced_share(lamps[l], place, normal) * power;
-    mean += 0.25f * power;
-  }
-  Vec3f out;
-  for (int c = 0; c < 3; ++c) out[c] = mean[c] > 0.0f ? given[c] / mean[c] : 1.0f;
-  return out;
-}
-
-std::vector<Vec3f> find_form(const PlacedSubject& subject, const LightLattice& light,
-                             float amount) {
-  std::vector<Vec3f> out;
-  if (subject.image) return out;
-  out.assign(subject.points.size(), Vec3f(1.0f));
-  const std::vector<Vec3f> normals = normals_of(*subject.mesh);
-  const glm::mat3 turn(glm::mat4(subject.local_to_scene));
-  parallel_for(out.size(), 256, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Vec3f normal = turn * normals[i];
-      const float length = glm::length(normal);
-      if (!(length > 0.0f)) continue;
-      const Vec3f form =
-          light.form_at((subject.points[i] - light.origin) / light.cell, normal / length);
-      out[i] += amount * (form - out[i]);
+std::vector<Vec3f> find_form(const LightLattice& light, std::span<const Vec3f> places,
+                             std::span<const Vec3f> normals, float amount, const Hiding& hiding) {
+  std::vector<Vec3f> out(places.size(), Vec3f(1.0f));
+  const std::vector<int> sides = parts_of_lamps(light);
+  parallel_for(places.size(), FormFinder::block, 0, [&](std::size_t begin, std::size_t end) {
+    FormFinder finder(light, sides, amount, hiding);
+    for (std::size_t i = begin; i < end; i += FormFinder::block) {
+      const std::size_t count = std::min(FormFinder::block, end - i);
+      finder.find(places.subspan(i, count), normals.subspan(i, count), &out[i]);
     }
   });
   return out;
+}
+
+void find_forms(RenderPlan& plan, BodyTrees& trees) {
+  const auto make = [&](std::size_t i) {
+    const PlacedSubject& body = plan.subjects[i];
+    trees.make(i, {body.points, body.mesh->hull.triangles, body.content, body.local_to_scene});
+  };
+  for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
+    PlacedSubject& subject = plan.subjects[i];
+    if (!subject.shade || subject.image) continue;
+    const float amount =
+        subject.lighting == SubjectLighting::relit ? std::clamp(subject.relight, 0.0f, 1.0f) : 0.0f;
+    Hiding hiding;
+    hiding.trees = &trees;
+    for (std::size_t k = 0; k < plan.subjects.size(); ++k)
+      if (k != i && !plan.subjects[k].image &&
+          may_hide(plan.subjects[k], subject, subject.shade->lamps))
+        hiding.others.push_back(k);
+    if (amount > 0.0f) hiding.own = i;
+    if (!hiding.own && hiding.others.empty()) continue;
+    if (hiding.own) make(i);
+    for (const std::size_t k : hiding.others) make(k);
+    hiding.lift = lift_of(subject);
+    subject.form =
+        find_form(*subject.shade, subject.points, scene_normals(subject), amount, hiding);
+  }
 }
 
 }  // namespace polyhull

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The scene's light on a part of a lattice, and on surfaces there by the way they face.
+/// The scene's light on a part of a lattice, and on surfaces there by the way they face and by what bodies
+/// leave of it.
 ///
 /// The irradiance of a surface of normal n is the sum, over directions w_i from which light comes that
 /// gives E_i to what faces it, of E_i max(0, n.w_i). For what surfaces and the sky send it is kept to the
@@ -10,17 +11,26 @@
 ///   E(n) = 3/8 M + v.n / 2 + 15/32 n.Q n,  v = sum E_i w_i,  Q = sum E_i w_i w_i^T,  M = trace Q / 4,
 /// M being the mean over all orientations. A lamp would come out below 0 on what is turned away from it:
 /// of each the E_i is kept, which comes from all parts of it alike.
+///
+/// What bodies hide is found by rays from each place. Of a lamp they go to as many parts of it as it looks
+/// large, and it counts what other bodies hide, too. What comes from all sides a body hides from itself: in
+/// each of 32 directions w spread evenly over the sphere E(n) loses 4 pi / 32 max(0, n.w) times the radiance
+/// that the moments say comes from there, where the body is seen, which sends what it gets itself, albedo / pi
+/// times the mean of all light over all orientations.
 #pragma once
 
 #include <array>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "base/vector.h"
+#include "render/bodies/body_trees.h"
 #include "scene/scene.h"
 
 namespace polyhull {
 
-struct PlacedSubject;
+struct RenderPlan;
 
 /// v and Q, by channel.
 struct LightMoments {
@@ -36,6 +46,8 @@ struct LightMoments {
   Vec3f mean() const { return 0.25f * (second[0] + second[1] + second[2]); }
   /// E at a surface of \p normal (unit length), at least 0.
   Vec3f irradiance(const Vec3f& normal) const;
+  /// The radiance from \p way (unit length), of the same order, at least 0.
+  Vec3f radiance(const Vec3f& way) const;
 };
 
 /// f (subject_light.h) at the nodes of a part of the lattice, x fastest, and what it is made of.
@@ -50,13 +62,24 @@ struct LightLattice {
 
   /// f at \p point, in cells from the first node; beyond the lattice as at its border.
   Vec3f at(const Vec3f& point) const;
-  /// How many times the mean over all orientations a surface of \p normal (unit length) at \p point, as
-  /// of at(), gets.
-  Vec3f form_at(const Vec3f& point, const Vec3f& normal) const;
 };
 
-/// form_at() at each vertex of the subject's mesh: 1 where \p amount is 0, all of it where it is 1. Of
-/// an image-based subject it is empty.
-std::vector<Vec3f> find_form(const PlacedSubject& subject, const LightLattice& light, float amount);
+/// Which bodies keep light from a body.
+struct Hiding {
+  const BodyTrees* trees = nullptr;  ///< null: none does
+  std::optional<std::size_t> own;    ///< its own number there; none: it does not
+  std::vector<std::size_t> others;   ///< those of others, which hide lamps
+  float lift = 0.0f;  ///< metres over the surface that rays start from, out of its own facets
+};
+
+/// By what the light f of shade is multiplied on surfaces of \p normals (unit length; 0: 1) at \p places
+/// (scene coordinates): for \p amount 0 what others leave of the mean over all orientations, for 1 what
+/// falls on the surface past all bodies relative to that mean, between them a mix.
+std::vector<Vec3f> find_form(const LightLattice& light, std::span<const Vec3f> places,
+                             std::span<const Vec3f> normals, float amount, const Hiding& hiding);
+
+/// Sets PlacedSubject::form of those that have PlacedSubject::shade: of relit ones, and of shaded ones that
+/// others can stand in the light of. \p trees are those of the frame before. Throws Error as BodyTrees.
+void find_forms(RenderPlan& plan, BodyTrees& trees);
 
 }  // namespace polyhull

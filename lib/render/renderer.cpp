@@ -77,11 +77,9 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
   if (plan.subject.empty() && plan.mirror().empty()) return plan;
   for (PlacedSubject& subject : plan.subjects)
     if (subject.lighting != SubjectLighting::off)
-      if (const TracedScene* scene = traced(frame)) {
+      if (const TracedScene* scene = traced(frame))
         subject.shade = subject_light_.around(subject, frame, *scene);
-        if (subject.shade && subject.lighting == SubjectLighting::relit && subject.relight > 0.0f)
-          subject.form = find_form(subject, *subject.shade, subject.relight);
-      }
+  find_forms(plan, bodies_);
   return plan;
 }
 

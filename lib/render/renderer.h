@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "render/bodies/body_trees.h"
 #include "render/frame.h"
 #include "render/subject_light.h"
 #include "render/yuv/yuv_picture.h"
@@ -113,6 +114,7 @@ class Renderer {
   std::shared_ptr<const Scene> bounds_held_, traced_held_;
   std::shared_ptr<const TracedScene> traced_;
   SubjectLight subject_light_;
+  BodyTrees bodies_;                 // by subject
   std::vector<std::uint8_t> drawn_;  // what render_yuv() converts
 };
 

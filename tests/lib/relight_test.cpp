@@ -52,7 +52,7 @@ struct Stage {
     lattice = light.around(plan.subjects.at(0), frame, *traced);
   }
   Vec3f form(const Vec3f& place, const Vec3f& normal) const {
-    return lattice->form_at((place - lattice->origin) / lattice->cell, normal);
+    return find_form(*lattice, {&place, 1}, {&normal, 1}, 1.0f, {})[0];
   }
 };
 

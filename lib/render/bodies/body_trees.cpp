@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/bodies/body_trees.h"
+
+namespace polyhull {
+
+void BodyTrees::make(std::size_t number, const Body& body) {
+  while (trees_.size() <= number) trees_.emplace_back();
+  Tree& tree = trees_[number];
+  if (body.content != 0 && tree.content == body.content && tree.placement == body.placement) return;
+  if (tree.mesh) tree.caster.remove_mesh(*tree.mesh);
+  tree.mesh.reset();
+  tree.content = 0;  // where this fails the next call tries it again
+  tree.mesh = tree.caster.add_mesh(body.points, body.triangles);
+  tree.caster.commit();
+  tree.content = body.content;
+  tree.placement = body.placement;
+}
+
+void BodyTrees::hide(std::size_t number, std::span<const Ray> rays,
+                     std::span<std::uint8_t> hidden) const {
+  thread_local std::vector<std::uint8_t> met;
+  met.resize(rays.size());
+  trees_[number].caster.occluded(rays, met);
+  for (std::size_t i = 0; i < rays.size(); ++i) hidden[i] |= met[i];
+}
+
+}  // namespace polyhull

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The subjects' surfaces ready for rays, each in a tree of its own, so that what a body hides of its own
+/// light can be told from what others hide. Trees are kept from frame to frame as long as their bodies are
+/// the same.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/vector.h"
+#include "raytrace/ray_caster.h"
+
+namespace polyhull {
+
+/// A closed surface in scene coordinates.
+struct Body {
+  std::span<const Vec3f> points;
+  std::span<const std::uint32_t> triangles;  ///< three indices of points each
+  std::uint64_t content = 0;                 ///< the same number: the same mesh; 0: not known
+  Mat4 placement{1.0};                       ///< of that mesh in the scene
+};
+
+class BodyTrees {
+ public:
+  /// Makes body \p number's tree, unless it is that of the last call for the number. Throws Error as
+  /// RayCaster.
+  void make(std::size_t number, const Body& body);
+
+  /// Sets \p hidden of each of \p rays that body \p number, which make() was called for, meets to 1; the
+  /// others stay as they are.
+  void hide(std::size_t number, std::span<const Ray> rays, std::span<std::uint8_t> hidden) const;
+
+ private:
+  struct Tree {
+    RayCaster caster{RayCaster::For::one_frame};
+    std::optional<std::uint32_t> mesh;
+    std::uint64_t content = 0;
+    Mat4 placement{1.0};
+  };
+  std::vector<Tree> trees_;
+};
+
+}  // namespace polyhull
