@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <random>
 #include <string>
@@ -192,10 +193,46 @@ TEST(BodyLight, OthersHideTheLampWhileTheyStandBeforeIt) {
   EXPECT_FALSE(boxes.formed(0));
 }
 
+using BodyLightPictureTest = testing::BackendTest;
+
+// Of two figures beside a lamp the farther one, which is shaded, is darker than without the nearer one,
+// which is relit, and both renderers draw the same.
+TEST_P(BodyLightPictureTest, TwoFiguresLookTheSame) {
+  synthetic::FigureStage stage(240, 135, false);
+  stage.fill_background(150);
+  stage.frame.lights = {point_lamp({-1.6f, 1.3f, 0.2f}, Vec3f(3.0f))};
+  stage.frame.subjects[0].placement.translate.x = 0.5;
+  stage.frame.subjects[0].lighting = SubjectLighting::shade;
+  const auto renderer = make_renderer();
+  RenderSettings settings;
+  settings.shadow = ShadowQuality::off;  // on the room
+  settings.mirror = MirrorMode::off;
+  const Rectangle farther = renderer->plan(stage.frame, settings).subject;
+  const auto brightness = [&](const Picture& picture) {
+    double sum = 0.0;
+    for (int y = farther.y; y < farther.y + farther.height; ++y)
+      for (int x = farther.x; x < farther.x + farther.width; ++x) sum += picture.row(y)[4 * x];
+    return sum / (farther.width * farther.height);
+  };
+  const double alone = brightness(stage.composite(*renderer, settings));
+  stage.frame.subjects.push_back(stage.frame.subjects[0]);
+  stage.frame.subjects[1].placement.translate.x = -0.5;
+  stage.frame.subjects[1].lighting = SubjectLighting::relit;
+  const Picture both = stage.composite(*renderer, settings);
+  EXPECT_LT(brightness(both), alone - 5.0);
+  if (const char* folder = std::getenv("POLYHULL_PICTURES"))
+    save_picture(both, std::string(folder) + "/two-figures.png");
+  ProcessorRenderer other;
+  EXPECT_GT(synthetic::psnr(both, stage.composite(other, settings)), 42.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Api, BodyLightPictureTest, ::testing::ValuesIn(testing::all_backends),
+                         testing::backend_name);
+
 // The true figure, relit with the studio's light known, against paths.
 TEST(BodyLight, TheFigureIsRelitLikeByPaths) {
   using enum synthetic::WalkKind;
-  synthetic::LitWalk walk(50, 75, 64);
+  synthetic::LitWalk walk(40, 60, 48);
   for (const synthetic::Stop& stop : synthetic::walk_stops) {
     const synthetic::LitWalk::Shown shown = walk.at(stop, {relit});
     const double found = synthetic::psnr_of_codes(shown[known], shown[relit]);
