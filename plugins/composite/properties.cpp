@@ -308,8 +308,10 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           "light", "Light",
           "The light that the subject is seen in. With shade it darkens in the scene's shadows and "
           "goes through pools of light: its colours are multiplied by the scene's light where each "
-          "part of it is, relative to the light a metre above the scene's origin. With relit it is "
-          "also shaded by the way each part faces that light."),
+          "part of it is, relative to the light a metre above the scene's origin, past other "
+          "subjects. With relit it is also shaded by the way each part faces that light and by "
+          "what "
+          "the body hides of it from itself."),
       property<&S::relight>("relight", "Relight",
                             "How much of the shading that the scene's light gives the body's form "
                             "light=relit draws (0 to 1): 0 is as shade.",

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -140,6 +141,27 @@ TEST(BodyLight, AmbientLightIsHiddenLikeByManyRays) {
     squares += std::pow(found[i] - expected, 2.0);
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(stage.places.size())), 0.04);
+}
+
+// The radiance that moments say comes from each way gives what they say falls on a surface.
+TEST(BodyLight, RadianceAddsUpToTheIrradiance) {
+  LightMoments light;
+  light.add_even(Vec3f(3.0f));
+  light.add(glm::normalize(Vec3f(0.2f, 0.9f, -0.4f)), {1.0f, 0.7f, 0.2f});
+  light.add(glm::normalize(Vec3f(-0.8f, 0.1f, 0.3f)), {0.1f, 0.5f, 0.9f});
+  std::mt19937 random(5);
+  std::normal_distribution<float> any(0.0f, 1.0f);
+  constexpr int rays = 40000;
+  for (const Vec3f& normal : {Vec3f(0, 1, 0), Vec3f(-0.6f, 0, 0.8f), Vec3f(0, -0.8f, 0.6f)}) {
+    Vec3 sum(0.0);
+    for (int i = 0; i < rays; ++i) {
+      const Vec3f way = glm::normalize(Vec3f(any(random), any(random), any(random)));
+      sum += Vec3(std::max(glm::dot(normal, way), 0.0f) * light.radiance(way));
+    }
+    sum *= 4.0 * std::numbers::pi / rays;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(sum[c], light.irradiance(normal)[c], 0.03 * sum[c]) << normal.y << " " << c;
+  }
 }
 
 /// Boxes that are subjects in one picture.
