@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <utility>
 
 #include "base/thread_pool.h"
 #include "render/frame.h"
@@ -76,6 +75,11 @@ float aside(int across, int side) {
   return (static_cast<float>(across) + 0.5f) / static_cast<float>(side) - 0.5f;
 }
 
+Bounds box_of(const Light& lamp) {
+  const Vec3 centre(lamp.centre), reach(glm::abs(lamp.u) + glm::abs(lamp.v));
+  return {centre - reach, centre + reach};
+}
+
 /// What falls on places of a body, a block of them at a time: rays to one part of a lamp, or in one
 /// direction, are traced together.
 class FormFinder {
@@ -136,13 +140,15 @@ class FormFinder {
   /// Which of rays_ others meet.
   void trace_others() {
     others_.assign(rays_.size(), 0);
-    for (const std::size_t other : hiding_.others) hiding_.trees->hide(other, rays_, others_);
+    for (const Hiding::Other& other : hiding_.others)
+      hiding_.trees->hide(other.number, rays_, others_);
   }
 
   /// The light of a lamp, by the middles of as many parts of it as it looks large.
   void add_lamp(std::size_t number) {
     const Light& lamp = light_.lamps[number];
     const Vec3f power = light_power(lamp), back = light_normal(lamp);
+    const Bounds box = box_of(lamp);
     rays_.clear();
     asked_.clear();
     for (Point& at : points_) {
@@ -153,6 +159,12 @@ class FormFinder {
       if (!(facing > 0.0f)) continue;
       at.power = facing * power;
       at.mean += 0.25f * at.power;
+      const bool past = std::any_of(
+          hiding_.others.begin(), hiding_.others.end(), [&](const Hiding::Other& other) {
+            return stands_between(other.box, {Vec3(at.place), Vec3(at.place)}, box);
+          });
+      if (!past) at.even += 0.25f * at.power;
+      if (!past && amount_ == 0.0f) continue;
       const Vec3f middle = lamp.centre - at.place;
       const float wide = glm::length(glm::cross(lamp.u, lamp.v)) / glm::dot(middle, middle);
       const int side = wide == 0.0f ? 1 : std::min(wide < 0.003f ? 2 : 4, sides_[number]);
@@ -166,13 +178,12 @@ class FormFinder {
           const float given = light_exit(lamp, -glm::dot(back, way) / distance) / square;
           all += given;
           const float faced = given * std::max(glm::dot(at.normal, way) / distance, 0.0f);
-          if (!(faced > 0.0f) && hiding_.others.empty()) continue;
+          if (!past && faced == 0.0f) continue;
           // An edge along the lamp's side lets one ray after the other pass, not row by row.
           const Vec3f to =
               middle + along(i + aside(j, side)) * lamp.u + along(j - aside(i, side)) * lamp.v;
-          ask(at, to - hiding_.lift * at.normal, 1.0f - 1e-4f, {&at, given, faced});
+          ask(at, to - hiding_.lift * at.normal, 1.0f - 1e-4f, {&at, past ? given : 0.0f, faced});
         }
-      if (hiding_.others.empty()) at.even += 0.25f * at.power;
       for (std::size_t i = first; all > 0.0f && i < asked_.size(); ++i) {
         asked_[i].even /= all;
         asked_[i].faced /= all;
@@ -183,7 +194,7 @@ class FormFinder {
     for (std::size_t i = 0; i < asked_.size(); ++i) {
       const auto& [at, even, faced] = asked_[i];
       if (others_[i]) continue;
-      if (!hiding_.others.empty()) at->even += 0.25f * even * at->power;
+      at->even += 0.25f * even * at->power;
       if (!own_[i]) at->faced += faced * at->power;
     }
   }
@@ -259,33 +270,6 @@ float lift_of(const PlacedSubject& subject) {
   for (std::size_t f = 0; f + 2 < triangles.size(); f += 3)
     sum += glm::distance(subject.points[triangles[f]], subject.points[triangles[f + 1]]);
   return static_cast<float>(0.25 * sum / static_cast<double>(triangles.size() / 3));
-}
-
-/// False where \p other stands nowhere between \p subject and any of \p lamps: some axis, or the line
-/// from one's middle to the other's, tells them apart.
-bool may_hide(const PlacedSubject& other, const PlacedSubject& subject,
-              std::span<const Light> lamps) {
-  const Bounds own = bounds_of(subject.points), box = bounds_of(other.points);
-  const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, box.min + box.max - own.min - own.max};
-  const auto range = [](const auto& points, const Vec3& axis) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const auto& point : points) {
-      low = std::min(low, glm::dot(Vec3(point), axis));
-      high = std::max(high, glm::dot(Vec3(point), axis));
-    }
-    return std::pair(low, high);
-  };
-  return std::any_of(lamps.begin(), lamps.end(), [&](const Light& lamp) {
-    std::vector<Vec3> between = corners(own);
-    for (const float i : {-1.0f, 1.0f})
-      for (const float j : {-1.0f, 1.0f})
-        between.emplace_back(lamp.centre + i * lamp.u + j * lamp.v);
-    return std::none_of(std::begin(axes), std::end(axes), [&](const Vec3& axis) {
-      const auto [low, high] = range(between, axis);
-      const auto [other_low, other_high] = range(corners(box), axis);
-      return high < other_low || other_high < low;
-    });
-  });
 }
 
 }  // namespace
@@ -365,16 +349,21 @@ void find_forms(RenderPlan& plan, BodyTrees& trees) {
     if (!subject.shade || subject.image) continue;
     const float amount =
         subject.lighting == SubjectLighting::relit ? std::clamp(subject.relight, 0.0f, 1.0f) : 0.0f;
+    const Bounds own = bounds_of(subject.points);
     Hiding hiding;
     hiding.trees = &trees;
-    for (std::size_t k = 0; k < plan.subjects.size(); ++k)
-      if (k != i && !plan.subjects[k].image &&
-          may_hide(plan.subjects[k], subject, subject.shade->lamps))
-        hiding.others.push_back(k);
+    for (std::size_t k = 0; k < plan.subjects.size(); ++k) {
+      if (k == i || plan.subjects[k].image) continue;
+      const Bounds other = bounds_of(plan.subjects[k].points);
+      const std::vector<Light>& lamps = subject.shade->lamps;
+      if (std::any_of(lamps.begin(), lamps.end(),
+                      [&](const Light& lamp) { return stands_between(other, own, box_of(lamp)); }))
+        hiding.others.push_back({k, other});
+    }
     if (amount > 0.0f) hiding.own = i;
     if (!hiding.own && hiding.others.empty()) continue;
     if (hiding.own) make(i);
-    for (const std::size_t k : hiding.others) make(k);
+    for (const Hiding::Other& other : hiding.others) make(other.number);
     hiding.lift = lift_of(subject);
     subject.form =
         find_form(*subject.shade, subject.points, scene_normals(subject), amount, hiding);

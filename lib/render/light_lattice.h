@@ -68,7 +68,11 @@ struct LightLattice {
 struct Hiding {
   const BodyTrees* trees = nullptr;  ///< null: none does
   std::optional<std::size_t> own;    ///< its own number there; none: it does not
-  std::vector<std::size_t> others;   ///< those of others, which hide lamps
+  struct Other {
+    std::size_t number;
+    Bounds box;
+  };
+  std::vector<Other> others;  ///< bodies that may hide lamps from it
   float lift = 0.0f;  ///< metres over the surface that rays start from, out of its own facets
 };
 

@@ -20,6 +20,7 @@
 #include "raytrace/traced_scene.h"
 #include "render/light_lattice.h"
 #include "render/light_samples.h"
+#include "render/projection.h"
 #include "render/subject_light.h"
 #include "shot.h"
 
@@ -94,7 +95,7 @@ TEST(BodyLight, LampsAreHiddenLikeByManyRays) {
       if (own)
         hiding.own = 1;
       else
-        hiding.others = {1};
+        hiding.others = {{1, bounds_of(stage.plate.hull.vertices)}};
       const std::vector<float> clear = stage.form(amount, {}), found = stage.form(amount, hiding);
       double squares = 0.0;
       int borders = 0;

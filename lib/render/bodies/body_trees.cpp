@@ -1,7 +1,24 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "render/bodies/body_trees.h"
 
+#include <algorithm>
+
 namespace polyhull {
+
+bool stands_between(const Bounds& box, const Bounds& from, const Bounds& to) {
+  double first = 0.0, last = 1.0;  // the part of the way where all axes overlap
+  // What is at least 0 there is begin and ends as end.
+  const auto keep = [&](double begin, double end) {
+    if (begin < 0.0 && end < 0.0) last = -1.0;
+    if (begin < 0.0 && end >= 0.0) first = std::max(first, begin / (begin - end));
+    if (begin >= 0.0 && end < 0.0) last = std::min(last, begin / (begin - end));
+  };
+  for (int k = 0; k < 3; ++k) {
+    keep(box.max[k] - from.min[k], box.max[k] - to.min[k]);
+    keep(from.max[k] - box.min[k], to.max[k] - box.min[k]);
+  }
+  return first <= last;
+}
 
 void BodyTrees::make(std::size_t number, const Body& body) {
   while (trees_.size() <= number) trees_.emplace_back();

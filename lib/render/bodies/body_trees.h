@@ -24,6 +24,10 @@ struct Body {
   Mat4 placement{1.0};                       ///< of that mesh in the scene
 };
 
+/// False where no way from \p from to \p to leads through \p box: of the pyramid that they span, no
+/// cross-section's box meets it.
+bool stands_between(const Bounds& box, const Bounds& from, const Bounds& to);
+
 class BodyTrees {
  public:
   /// Makes body \p number's tree, unless it is that of the last call for the number. Throws Error as
