@@ -77,8 +77,9 @@ class FileSubject : public Subject {
     if (material >= 0) {
       const Picture& picture = pictures_[material];
       if (!picture.empty() && !texture_coordinates_.empty()) {
-        const Vec2f* uv = &texture_coordinates_[3 * static_cast<std::size_t>(triangle)];
-        return look_up(picture, uv[0] * at.x + uv[1] * at.y + uv[2] * at.z);
+        const Vec2f* corner = &texture_coordinates_[3 * static_cast<std::size_t>(triangle)];
+        const Vec2f uv = corner[0] * at.x + corner[1] * at.y + corner[2] * at.z;
+        if (std::isfinite(uv.x + uv.y)) return look_up(picture, uv);
       }
       return diffuse_[material];
     }
@@ -107,7 +108,6 @@ class FileSubject : public Subject {
         colours_.push_back(srgb_decoded(Vec3f(colours[i], colours[i + 1], colours[i + 2])));
       colours_.resize(vertex_count_, Vec3f(0.5f));
     }
-    bool textured = !attributes.texcoords.empty();
     for (const tinyobj::shape_t& shape : reader.GetShapes()) {
       const auto& indices = shape.mesh.indices;
       for (std::size_t t = 0; t + 2 < indices.size(); t += 3) {
@@ -120,11 +120,9 @@ class FileSubject : public Subject {
                         index.vertex_index + 1, vertex_count_);
           }
           triangles_.push_back(static_cast<std::uint32_t>(index.vertex_index));
-          Vec2f uv(0.0f);
+          Vec2f uv(NAN);  // a face without its own has its material's plain colour
           const auto at = 2 * static_cast<std::size_t>(std::max(index.texcoord_index, 0));
-          if (index.texcoord_index < 0 || at + 1 >= attributes.texcoords.size())
-            textured = false;
-          else
+          if (index.texcoord_index >= 0 && at + 1 < attributes.texcoords.size())
             uv = {attributes.texcoords[at], attributes.texcoords[at + 1]};
           texture_coordinates_.push_back(uv);
         }
@@ -133,7 +131,7 @@ class FileSubject : public Subject {
                                                                    : -1);
       }
     }
-    if (!textured) texture_coordinates_.clear();
+    if (attributes.texcoords.empty()) texture_coordinates_.clear();
     if (triangles_.empty()) {
       throw Error(Error::Kind::bad_input,
                   "Subject '{}' has no faces. An OBJ file with a closed surface is expected.",
@@ -151,12 +149,19 @@ class FileSubject : public Subject {
         try {
           pictures_.back() = load_picture(picture_file(folder, material.diffuse_texname), 3);
         } catch (const Error& error) {
-          warning_ = fmt::format("Subject '{}': {}", path, error.what());
+          add_warning(fmt::format("Subject '{}': {}", path, error.what()));
         }
       }
     }
     for (int& material : materials_)
       if (material >= static_cast<int>(diffuse_.size())) material = -1;
+    if (reader.Warning().find("aterial") == std::string::npos) return;
+    std::string lines = reader.Warning();
+    std::replace(lines.begin(), lines.end(), '\n', ' ');
+    add_warning(
+        fmt::format("Subject '{}': the colours of materials are missing, a pattern stands for them "
+                    "({}). Put the .mtl file that its line mtllib names beside it.",
+                    path, lines.substr(0, lines.find_last_not_of(' ') + 1)));
   }
 
   void place(const std::string& path, double height) {
@@ -195,14 +200,16 @@ class FileSubject : public Subject {
     const ManifoldDefects defects = manifold_defects(triangles_, vertex_count_);
     closed_ = defects.none();
     if (closed_) return;
-    warning_ = fmt::format(
+    add_warning(fmt::format(
         "Subject '{}' is not a closed surface: {} open edges, {} edges with more than two faces, "
         "{} "
         "pinched vertices, {} faces with a vertex twice. It is shown, but its matte may have "
         "holes.",
         path, defects.open_edges, defects.crowded_edges, defects.pinched_vertices,
-        defects.empty_triangles);
+        defects.empty_triangles));
   }
+
+  void add_warning(const std::string& text) { warning_ += (warning_.empty() ? "" : " ") + text; }
 
   static Vec3f look_up(const Picture& picture, const Vec2f& uv) {
     const auto texel = [&](int x, int y) {

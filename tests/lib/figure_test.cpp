@@ -239,6 +239,34 @@ TEST(FileSubject, FindsPicturesByTheNamesOfOtherSystems) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(FileSubject, SaysWhichColoursAreMissing) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / "polyhull_figure_colours";
+  std::filesystem::create_directories(folder);
+  save_picture({1, 1, 3, {255, 0, 0}}, (folder / "skin.png").string());
+  const auto open = [&](const std::string& mtl, const std::string& faces) {
+    std::ofstream(folder / "a.obj")
+        << "mtllib " << mtl << "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nusemtl m\n"
+        << faces;
+    return open_subject((folder / "a.obj").string());
+  };
+  std::ofstream(folder / "a.mtl") << "newmtl m\nKd 0 1 0\nmap_Kd skin.png\n";
+  std::ofstream(folder / "b.mtl") << "newmtl m\nmap_Kd nowhere.png\n";
+  // A face without texture coordinates takes nobody else's texture away.
+  const std::string closed = "f 1/1 3/1 2/1\nf 1/1 2/1 4/1\nf 1 4 3\nf 2 3 4\n";
+  const auto mixed = open("a.mtl", closed);
+  EXPECT_EQ(mixed->warning(), "");
+  EXPECT_EQ(mixed->albedo(0, Vec3f(1, 0, 0), 0.01f), Vec3f(1, 0, 0));
+  EXPECT_EQ(mixed->albedo(2, Vec3f(1, 0, 0), 0.01f), Vec3f(0, 1, 0));
+  // Each fault is said, also where there are two.
+  const std::string none = open("c.mtl", closed)->warning();
+  EXPECT_NE(none.find("c.mtl"), std::string::npos) << none;
+  const std::string two = open("b.mtl", "f 1/1 3/1 2/1\n")->warning();
+  EXPECT_NE(two.find("nowhere.png"), std::string::npos) << two;
+  EXPECT_NE(two.find("open edges"), std::string::npos) << two;
+  std::filesystem::remove_all(folder);
+}
+
 TEST(TruthMesh, ReadsBackAndNamesWhatFails) {
   const auto figure = open_subject("figure");
   const TruthMesh mesh = truth_mesh(*figure, default_rig(), 6.5);
