@@ -87,7 +87,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
                      "instead. Set backend=processor, with pictures in system memory.");
   for (GstAggregatorPad* pad : meshes) add_subject(pad, by_image);
   fading_ = std::any_of(opacities_.begin(), opacities_.end(), [](float o) { return o < 1.0f; });
-  set_viewport(settings, time);
+  set_viewport(settings, time, 1.0 * GST_VIDEO_INFO_PAR_N(&info) / GST_VIDEO_INFO_PAR_D(&info));
   set_scene(settings, live);
   set_mirrors(settings.mirrors);
   set_lens(settings, info, background);

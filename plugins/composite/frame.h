@@ -117,7 +117,7 @@ class FrameComposer {
                  int target_stride, LensWork& work);
   void lens_over_greys(const std::uint8_t* background, int background_stride, std::uint8_t* target,
                        int target_stride, int width, int height, LensWork& work);
-  void set_viewport(const CompositeSettings& settings, GstClockTime time);
+  void set_viewport(const CompositeSettings& settings, GstClockTime time, double pixel_aspect);
   void draw_subjects(const std::uint8_t* background, int background_stride, std::uint8_t* target,
                      int target_stride, int width, int height, LensWork& work);
   void draw_fading(const std::uint8_t* background, int background_stride, std::uint8_t* target,

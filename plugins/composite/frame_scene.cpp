@@ -96,7 +96,8 @@ void FrameComposer::set_mirrors(const std::string& choice) {
 
 /// The background's, else that of the properties. One that is impossible for a moment does not end the
 /// stream.
-void FrameComposer::set_viewport(const CompositeSettings& settings, GstClockTime time) {
+void FrameComposer::set_viewport(const CompositeSettings& settings, GstClockTime time,
+                                 double pixel_aspect) {
   if (announcement_) {
     viewport_ = announcement_->viewport;
   } else {
@@ -107,6 +108,7 @@ void FrameComposer::set_viewport(const CompositeSettings& settings, GstClockTime
       viewport_ = viewport_camera(
           keys ? keys->at(seconds) : KeyFrames::View{settings.pose(), settings.field_of_view, 0},
           frame_.width, frame_.height);
+      viewport_.K[0][0] /= pixel_aspect;
       viewport_.distortion = settings.distortion();
     } catch (const Error& error) {
       if (viewport_.width != frame_.width || viewport_.height != frame_.height) throw;
