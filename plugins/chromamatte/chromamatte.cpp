@@ -49,7 +49,7 @@ struct ChromaMatte {
 
   explicit ChromaMatte(gpointer object) {
     declare_key_statistics(statistics);
-    statistics.declare({"frames-unwanted"});
+    statistics.declare({"frames-unwanted", "colours-unconverted"});
     // Frames are left out for all cameras alike, by the pace; not by each for itself.
     gst_base_transform_set_qos_enabled(GST_BASE_TRANSFORM(object), FALSE);
   }
@@ -113,7 +113,9 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps* out) {
   if (!video_info_of(in, &filter->in_info) || !gst_video_info_from_caps(&filter->out_info, out))
     return FALSE;
   filter->negotiated = guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
-    state_of<ChromaMatte>(base).layout = frame_template(in, filter->in_info);
+    ChromaMatte& self = state_of<ChromaMatte>(base);
+    self.layout = frame_template(in, filter->in_info);
+    warn_of_wide_colours(GST_ELEMENT_CAST(base), self.statistics, filter->in_info);
     GST_DEBUG_OBJECT(base, "%" GST_PTR_FORMAT " becomes %" GST_PTR_FORMAT, printed(in),
                      printed(out));
     return TRUE;
@@ -231,7 +233,8 @@ void ChromaMatte::class_init(gpointer klass) {
   add_statistics<ChromaMatte>(
       klass,
       "Counters since the element started: frames keyed, frames-unwanted (left out in a live "
-      "stream because what follows cannot keep up), warnings, frames keyed without the "
+      "stream because what follows cannot keep up), colours-unconverted (videos of high dynamic "
+      "range or of BT.2020's primaries), warnings, frames keyed without the "
       "screen or the clean plate that the method needs, the colours found for screen "
       "and foreground (as 0xRRGGBB) with their key signal in levels, how many frames the "
       "clean plate is still learned from, and, of frames that were shown by another view than "

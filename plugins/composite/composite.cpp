@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/log.h"
+#include "plugins/common/memory/video_frame.h"
 #include "plugins/common/memory/video_pool.h"
 #include "plugins/composite/caps.h"
 #include "plugins/composite/element.h"
@@ -135,6 +136,9 @@ gboolean take_caps(Composite& self, GstEvent* event) {
   gst_event_parse_caps(event, &caps);
   if (!self.picture.set_format(caps)) return FALSE;
   self.background_info = self.picture.info();
+  GstVideoInfo info;
+  if (gst_video_info_from_caps(&info, caps))
+    warn_of_wide_colours(GST_ELEMENT_CAST(self.element), self.statistics, info);
   self.background_on_gpu = is_gl_caps(caps);
   GST_DEBUG_OBJECT(self.element, "the background is %" GST_PTR_FORMAT, printed(caps));
   self.height = GST_VIDEO_INFO_HEIGHT(&self.background_info);
@@ -227,7 +231,8 @@ void Composite::class_init(gpointer klass) {
       "used), frames-unwanted (left out because not all can be drawn), frames-lost (with "
       "async-readback, as OpenGL failed), frame-step (every how many frames of the background one "
       "is drawn), passed-through (the background went out untouched), backgrounds-converted (to "
-      "RGBA, and to the output's NV12 or I420; one that stays the same is kept), drawn, "
+      "RGBA, and to the output's NV12 or I420; one that stays the same is kept), "
+      "colours-unconverted (backgrounds of high dynamic range or of BT.2020's primaries), drawn, "
       "drawn-by-processor, "
       "rays (traced by it), gl-failures (OpenGL failed, and the processor went on), no-mesh, "
       "meshes, meshes-unusable, meshes-without-surface (nothing of them to draw with "

@@ -59,6 +59,7 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "subjects-unmatched",
                       "background-bytes-uploaded",
                       "backgrounds-converted",
+                      "colours-unconverted",
                       "through-lens",
                       "motion-blurred",
                       "lens-without-scene",

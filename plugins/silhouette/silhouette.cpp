@@ -38,7 +38,7 @@ struct SilhouetteElement : ViewElement {
   explicit SilhouetteElement(gpointer) {
     declare_contour_statistics(statistics);
     declare_key_statistics(statistics);
-    statistics.declare({"frames-unwanted"});
+    statistics.declare({"frames-unwanted", "colours-unconverted"});
   }
   bool configure(GstElement* element, const KeyValues& key_now, const BlurSettings& blur_now,
                  const ContourValues& contour_now, double tolerance);
@@ -76,6 +76,7 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
   return guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
     if (!self.set_format(base, in)) return FALSE;
     self.layout = frame_template(in, self.info);
+    warn_of_wide_colours(GST_ELEMENT_CAST(base), self.statistics, self.info);
     self.sent = {};
     return TRUE;
   });

@@ -258,6 +258,43 @@ GST_START_TEST(a_buffer_that_is_too_small) {
 }
 GST_END_TEST
 
+// Pixels twice as wide as high show the same subject in half as many of them; a pixel's width along its
+// outline may differ.
+GST_START_TEST(pixels_that_are_not_square) {
+  const auto changed = [](const char* shape) {
+    Bench bench;
+    bench.wait_for_all();
+    gst_util_set_object_arg(G_OBJECT(bench.element), "shadow", "off");
+    gst_util_set_object_arg(G_OBJECT(bench.element), "mirror", "off");
+    const std::string caps = background_caps + std::string(",pixel-aspect-ratio=") + shape;
+    gst_harness_set_src_caps_str(bench.background, caps.c_str());
+    gst_harness_push(bench.mesh, mesh_buffer(0));
+    g_autoptr(GstBuffer) out = bench.step(opaque_frame(0), mesh_buffer(frame_time(1)));
+    return changed_pixels(out);
+  };
+  const int square = changed("1/1"), wide = changed("2/1");
+  fail_unless(square > 1000, "%d", square);
+  fail_unless(std::abs(2 * wide - square) < 4 * height, "%d and %d", square, wide);
+}
+GST_END_TEST
+
+GST_START_TEST(colours_that_nothing_converts_are_said) {
+  for (const auto& [colours, said] : {std::pair{"bt709", 0u},
+                                      {"bt601", 0u},
+                                      {"bt2100-hlg", 1u},
+                                      {"bt2100-pq", 1u},
+                                      {"bt2020", 1u}})
+    for (const char* element : {"composite", "chromamatte", "silhouette"}) {
+      Played line("videotestsrc num-buffers=1 ! " + caps_of("I420") +
+                  " ! capssetter caps=video/x-raw,colorimetry=" + colours + " ! " + element +
+                  " name=e ! fakesink");
+      check_ended(line.run());
+      g_autoptr(GstElement) found = gst_bin_get_by_name(GST_BIN(line.pipeline), "e");
+      fail_unless_equals_uint64(statistic(found, "colours-unconverted"), said);
+    }
+}
+GST_END_TEST
+
 GST_START_TEST(straight_from_decodebin) {
   const Folder folder;
   check_ended(
@@ -291,6 +328,8 @@ static Suite* composite_background_suite() {
   tcase_add_test(tests, nothing_is_held_after_the_stop);
   tcase_add_test(tests, planes_lie_anywhere);
   tcase_add_test(tests, a_buffer_that_is_too_small);
+  tcase_add_test(tests, pixels_that_are_not_square);
+  tcase_add_test(tests, colours_that_nothing_converts_are_said);
   tcase_add_test(tests, straight_from_decodebin);
   suite_add_tcase(suite, tests);
   return suite;

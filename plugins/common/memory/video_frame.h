@@ -5,6 +5,7 @@
 
 #include <gst/video/video.h>
 
+#include "plugins/common/statistics.h"
 #include "silhouette/pixels/frame.h"
 
 /// Caps that chromamatte and silhouette take; fastest first.
@@ -34,6 +35,11 @@ bool video_info_of(const GstCaps* caps, GstVideoInfo* info);
 /// (BT.601 below HD, BT.709 from there on).
 /// Throws Error (unsupported) for a format that cannot be keyed, and for interlaced frames.
 FrameView frame_template(const GstCaps* caps, const GstVideoInfo& info);
+
+/// Warns on \p element, counted as colours-unconverted, where frames of \p info have other colours than
+/// BT.709's, to which nothing here converts them: high dynamic range (HLG, PQ), as phones record it, or
+/// the primaries of BT.2020.
+void warn_of_wide_colours(GstElement* element, Statistics& statistics, const GstVideoInfo& info);
 
 /// \p layout with the planes of \p frame, which must stay mapped while the result is used.
 FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame);
