@@ -24,7 +24,8 @@ inline void write_text(const std::string& text, const std::string& path) {
 }
 
 /// The text of the file \p path, as plain_text() makes it. Throws Error (not_found) where there is
-/// none, which names it, and (bad_input) for more than \p most MiB: no file of settings has 16.
+/// none, which names it, and (bad_input) for bytes that are no text, but for those of gzip, and for more
+/// than \p most MiB: no file of settings has 16.
 inline std::string read_text(const std::string& path, std::size_t most = 16) {
   std::optional<std::string> text = whole_file(path, (most << 20) + 1);
   if (!text)
@@ -33,7 +34,14 @@ inline std::string read_text(const std::string& path, std::size_t most = 16) {
   if (text->size() > (most << 20))
     throw Error(Error::Kind::bad_input, "'{}' has more than {} MiB; it is no such file.", path,
                 most);
-  return plain_text(*std::move(text), path);
+  std::string plain = plain_text(*std::move(text), path);
+  if (!plain.starts_with("\x1f\x8b") && plain.find('\0') != plain.npos)
+    throw Error(
+        Error::Kind::bad_input,
+        "'{}' is no text but a binary file, as Matlab's .mat and numpy's .npy and .npz are; "
+        "write what is in it as text.",
+        path);
+  return plain;
 }
 
 /// Makes the folder \p path where it is missing. Throws Error (io), which names it.

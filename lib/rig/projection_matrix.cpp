@@ -26,6 +26,18 @@ bool singular(const ProjectionMatrix& m) {
   return !(std::abs(determinant(m)) > 1e-13 * size(m));
 }
 
+// Rows of one length, orthogonal to each other: a focal length of one pixel and a principal point in
+// the first one.
+bool is_pose(const ProjectionMatrix& m) {
+  constexpr double rounding = 1e-3;
+  const double square = glm::dot(row(m, 2), row(m, 2));
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j <= i; ++j)
+      if (std::abs(glm::dot(row(m, i), row(m, j)) - (i == j ? square : 0.0)) > rounding * square)
+        return false;
+  return true;
+}
+
 Vec3 centre(const ProjectionMatrix& m) {
   const Vec3 a = row(m, 0), b = row(m, 1), c = row(m, 2);
   return -(m[0][3] * glm::cross(b, c) + m[1][3] * glm::cross(c, a) + m[2][3] * glm::cross(a, b)) /
@@ -83,6 +95,13 @@ void set_projection(Camera& camera, const ProjectionMatrix& matrix, std::optiona
                 "{}: the left 3x3 block of P is singular, so P is no camera with a centre; check "
                 "the order of its 12 numbers (three rows of four).",
                 where);
+  if (is_pose(matrix))
+    throw Error(
+        Error::Kind::bad_input,
+        "{}: P is a pose [R | t] without a lens: its left 3x3 block is a rotation. Multiply "
+        "each camera's K from the left, in pixels, with [R | t] from the world to the camera "
+        "(x right, y down, z forward).",
+        where);
   double sign = 1.0;
   if (focus) sign = glm::dot(row(matrix, 2), *focus) + matrix[2][3] < 0.0 ? -1.0 : 1.0;
   if (sign * determinant(matrix) < 0.0) fail_handedness(sign, glm::length(row(matrix, 2)), where);

@@ -29,8 +29,8 @@ std::optional<Vec3> common_focus(std::span<const ProjectionMatrix> matrices);
 
 /// K, R and t of \p matrix into \p camera; the other members stay. \p focus, a point the camera
 /// sees, decides the matrix' sign; without it the matrix must give positive depths in front. Throws
-/// Error (naming \p where) for numbers that are not finite, a singular matrix and a left-handed
-/// frame.
+/// Error (naming \p where) for numbers that are not finite, a singular matrix, a pose [R | t] without K,
+/// and a left-handed frame.
 void set_projection(Camera& camera, const ProjectionMatrix& matrix, std::optional<Vec3> focus,
                     const std::string& where);
 

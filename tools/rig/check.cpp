@@ -102,6 +102,13 @@ void examine_camera(const Rig& rig, const Camera& camera, const std::optional<Ve
     report.warnings.push_back(fmt::format(
         "{} has its principal point ({:.1f}, {:.1f}) outside the picture; check the picture's size",
         name, camera.K[2][0], camera.K[2][1]));
+  else if (std::max(std::abs(camera.K[2][0] / camera.width - 0.5),
+                    std::abs(camera.K[2][1] / camera.height - 0.5)) > 0.2)
+    report.warnings.push_back(fmt::format(
+        "{} has its principal point ({:.1f}, {:.1f}) far from the middle of its picture "
+        "of {}x{}: unless it shows a part of the sensor, the calibration is for "
+        "pictures of another size",
+        name, camera.K[2][0], camera.K[2][1], camera.width, camera.height));
   if (lens.outside_share > 0.0)
     report.warnings.push_back(
         fmt::format("{}: the lens model cannot be inverted on {:.1f} % of the picture (its "

@@ -83,6 +83,11 @@ Rig opentrackio(const std::vector<std::string>& files, const Options& options);
 Camera parse_opentrackio(const std::string& text, const std::string& source,
                          const Options& options);
 
+/// \p rig as parse_rig() takes it from a file: validated, its rotations made exact. Throws Error, naming
+/// \p source, also for focal lengths of less than a fiftieth of a picture's width: such a K is none of
+/// its pixels.
+Rig finished(const Rig& rig, const std::string& source);
+
 /// The rotation about \p v by |v| radians.
 Mat3 rotation_of(const Vec3& v);
 

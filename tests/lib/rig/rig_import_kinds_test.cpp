@@ -215,7 +215,19 @@ TEST(RigImportKinds, MatricesAsProgramsPrintThem) {
   expect_same(from_matrices(named), truth, 1e-8);
   expect_refused([] { from_matrices("P =\n\n   1.0e+03 *\n\n    0.7    0    0.3    1.2\n"); },
                  "P.txt, line 3: Matlab shows a matrix here");
-  expect_refused([] { from_matrices("Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n"); }, "is not a number");
+  // A pose is no camera: KITTI's calibration to the lidar, or extrinsics alone, also as 4x4.
+  for (const char* pose :
+       {"Tr: 0 -1 0 .1 0 0 -1 .2 1 0 0 3\n", "0 -2 0 1\n0 0 -2 1\n2 0 0 5\n0 0 0 1\n"})
+    expect_refused([&] { from_matrices(pose); },
+                   "P.txt, line 1: P is a pose [R | t] without a lens");
+  // Pixels counted in widths and heights.
+  expect_refused([] { from_matrices(".9 0 .5 0 0 1.2 .5 0 0 0 1 3\n"); },
+                 "the focal length of 'cam0' is 0.9 px");
+  expect_same(from_matrices(with(named, "view", "cam")), default_rig(), 1e-8);
+  std::string kitti = with(named, ",", " ");
+  for (const char* number : {"0", "1", "2", "3"})
+    kitti = with(kitti, fmt::format("view{} ", number), fmt::format("view{}: ", number));
+  expect_same(from_matrices(kitti), truth, 1e-8);
   expect_refused([] { from_matrices("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"); }, "found 3");
 }
 
@@ -231,6 +243,11 @@ TEST(RigImportKinds, TablesWithNamesOfWords) {
   EXPECT_EQ(read("\"a b\"" + with(numbers, " ", ";")).at(0).name, "a b");
   EXPECT_EQ(read("a" + with(with(numbers, "511.5", "511,5"), "383.5", "383,5")).at(0).K[2][0],
             511.5);
+  std::string heading = "name";
+  for (int i = 0; i < 26; ++i) heading += fmt::format(",n{}", i);
+  EXPECT_EQ(read(heading + "\ncam" + numbers).at(0).name, "cam");
+  write_text(std::string("MATLAB 5.0 MAT-file\0\0", 21), file);
+  expect_refused([&] { import::text(file, sized()); }, "is no text but a binary file");
   expect_refused([&] { read("0 1" + numbers); },
                  "table.txt, line 1: expected a name and 26 numbers");
   expect_refused([&] { read("cam" + with(numbers, "511.5", "5x")); },

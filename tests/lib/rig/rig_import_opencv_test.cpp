@@ -182,12 +182,34 @@ TEST(RigImportOpenCv, FisheyesAreRefusedOrNoted) {
   options.note = [&](const std::string& note) { notes.push_back(note); };
   read(size + matrices(flat), options);
   EXPECT_TRUE(notes.empty());
+  read("DIM: [1024, 768]\n" + matrices(flat), options);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("the size is called DIM"), std::string::npos) << notes[0];
+  notes.clear();
   read(size + with(matrices(flat), "0.001, 0.002", "-0.05, 0.03"), options);
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("cam0.yml: of its four distortion coefficients the last two, -0.05 and "
                           "0.03, are taken for p1 and p2"),
             std::string::npos)
       << notes[0];
+}
+
+TEST(RigImportOpenCv, WhatIsNoCameraIsSaidBeforeWhatItLacks) {
+  expect_same(read("image_size: {width: 1024, height: 768}\n" + matrices(flat)), one_camera());
+  for (const char* text : {"cameras: {cam0: {K: [1], dist: [0]}}\nposes: {cam0: {R: [1]}}\n",
+                           "{\"name\": \"hall\", \"cameras\": [{\"K\": [[1]]}]}",
+                           "cam0: {intrinsics: [1, 2, 3, 4]}\n"})
+    expect_refused([&] { read(text); }, ". Cameras within lists are not read");
+  expect_refused([] { read("fx: 700\nfy: 700\n"); }, "and the file has fx, fy.");
+  // The message as `rostopic echo` prints it, whose R is no pose.
+  expect_refused(
+      [] {
+        read(
+            "height: 768\nwidth: 1024\ndistortion_model: plumb_bob\nD: [0, 0, 0, 0]\n"
+            "K: [700, 0, 511, 0, 700, 383, 0, 0, 1]\nR: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+            "binning_x: 0\n");
+      },
+      "this is the form of ROS's camera_info");
 }
 
 }  // namespace

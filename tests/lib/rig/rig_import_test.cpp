@@ -301,6 +301,11 @@ TEST(RigCheck, FindsWhatIsWrong) {
   EXPECT_NE(warnings([](Rig& r) { r.cameras[1].K[2][0] = 3000; }).find("principal point"),
             std::string::npos);
   EXPECT_NE(warnings([](Rig& r) {
+              r.cameras[1].width *= 2;
+              r.cameras[1].height *= 2;
+            }).find("cam1 has its principal point"),
+            std::string::npos);
+  EXPECT_NE(warnings([](Rig& r) {
               r.cameras[2].distortion = {-0.9, 0, 0, 0};
             }).find("inverted"),
             std::string::npos);

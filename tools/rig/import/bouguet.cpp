@@ -222,7 +222,7 @@ Rig bouguet(const std::vector<std::string>& files, const Options& options) {
     rig.cameras.push_back(read_bouguet_camera(all[i], in_all_files, options));
     rig.cameras.back().name = names[i];
   }
-  return parse_rig(rig_to_json(rig), files.front());
+  return finished(rig, files.front());
 }
 
 }  // namespace polyhull::import

@@ -277,7 +277,7 @@ Rig colmap(const std::string& folder, const Options& options) {
   }
   const std::vector<std::string> names = distinct_names(paths);
   for (std::size_t i = 0; i < names.size(); ++i) rig.cameras[i].name = names[i];
-  return parse_rig(rig_to_json(rig), file);
+  return finished(rig, file);
 }
 
 }  // namespace polyhull::import

@@ -122,8 +122,9 @@ YAML::Node load(const std::string& text, const std::string& source) {
     const YAML::Node root = parse_yaml(plain_text(text, source));
     if (root.IsMap() && root.size() > 0) return root;
   } catch (const YAML::Exception& error) {
-    throw Error(Error::Kind::bad_input, "{}, line {}: not YAML: {}.", source, error.mark.line + 1,
-                error.msg);
+    throw Error(Error::Kind::bad_input,
+                "{}, line {}: not YAML: {}. Of Kalibr's files give its camchain-….yaml.", source,
+                error.mark.line + 1, error.msg);
   }
   throw Error(Error::Kind::bad_input, "{}: no cameras; a Kalibr camchain has cam0, cam1, ….",
               source);
@@ -226,7 +227,7 @@ Rig read_chain(const YAML::Node& root, const std::string& source, const Options&
 Rig parse_kalibr(const std::string& text, const std::string& source, const Options& options) {
   const YAML::Node root = load(text, source);
   try {
-    return parse_rig(rig_to_json(read_chain(root, source, options)), source);
+    return finished(read_chain(root, source, options), source);
   } catch (const YAML::Exception& error) {
     throw Error(Error::Kind::bad_input, "{}: not a Kalibr camchain: {}.", source, error.what());
   }

@@ -86,12 +86,16 @@ void check_size(const Camera& camera, const OpenCvFile& file) {
 void note_fisheye(const Camera& camera, const OpenCvFile& file, const Options& options) {
   constexpr double rarely = 0.005;  // is a lens's decentring more
   const std::vector<double>& k = camera.distortion;
-  if (k.size() != 4 || std::max(std::abs(k[2]), std::abs(k[3])) <= rarely) return;
+  if (k.size() != 4 || k == std::vector<double>(4, 0.0)) return;
+  if (std::max(std::abs(k[2]), std::abs(k[3])) <= rarely && !file.has("DIM")) return;
   options.note(fmt::format(
       "{}: of its four distortion coefficients the last two, {:g} and {:g}, are taken for p1 and "
-      "p2, and few lenses have such large ones. A fisheye calibration (cv::fisheye) writes four, "
-      "too: if it is one, undistort the pictures first and calibrate these",
-      file.path(), k[2], k[3]));
+      "p2, and {}. A fisheye calibration (cv::fisheye) writes four, too: if it is one, undistort "
+      "the "
+      "pictures first and calibrate these",
+      file.path(), k[2], k[3],
+      file.has("DIM") ? "the size is called DIM, as beside a fisheye's K and D"
+                      : "few lenses have such large ones"));
 }
 
 void set_intrinsics(Camera& camera, const OpenCvFile& file, const Options& options,
@@ -121,6 +125,7 @@ void set_pose(Camera& camera, const OpenCvFile& file, const std::string& label =
 Camera read_opencv_camera(const std::string& path, const Options& options) {
   const OpenCvFile file(path);
   Camera camera;
+  file.need(matrix_names, {9}, "camera matrix");  // what it is comes before what it lacks
   set_size(camera, file, options);
   set_intrinsics(camera, file, options);
   if (file.find(rotation_names).empty()) file.refuse_board_poses();
@@ -196,7 +201,7 @@ Rig opencv(const std::vector<std::string>& files, const Options& options) {
       rig.cameras.back().name = names[i];
     }
   }
-  return parse_rig(rig_to_json(rig), files.front());
+  return finished(rig, files.front());
 }
 
 }  // namespace polyhull::import

@@ -144,18 +144,20 @@ void OpenCvFile::open_storage(const std::string& text, int flags, std::size_t li
   if (!storage_.isOpened() || !storage_.root().isMap()) fail("not an OpenCV XML or YAML file");
 }
 
-// Its matrices are maps of YAML without cv::FileStorage's tag, or sections of an INI file.
+// Its matrices are maps of YAML without cv::FileStorage's tag, or sections of an INI file; or it is the
+// message as `rostopic echo` prints it.
 bool OpenCvFile::is_ros() const {
-  bool tagged = false, data = false, matrix = false, other = false;
+  bool tagged = false, data = false, matrix = false, other = false, message = false;
   for (const Line& line : lines_of(text_)) {
     tagged = tagged || line.text.find("opencv-matrix") != line.text.npos;
     data = data || line.text.starts_with("data:") || line.text.starts_with("[image]");
     matrix = matrix || line.text == "camera_matrix:" || line.text == "camera matrix";
+    message = message || line.text.starts_with("binning_x:");
     for (const char* name :
          {"rectification_matrix:", "projection_matrix:", "distortion_model:", "[image]"})
       other = other || line.text.starts_with(name);
   }
-  return matrix && data && other && !tagged;
+  return other && !tagged && (message || (matrix && data));
 }
 
 // By their exact names, else (but for single letters without a label) as people spell them.
@@ -214,7 +216,7 @@ cv::Mat OpenCvFile::need(Names names, std::initializer_list<std::size_t> sizes, 
   if (found.empty()) {
     std::string list;
     for (const char* name : names) list += (list.empty() ? "" : ", ") + (name + label);
-    fail(fmt::format("no {}; looked for {}", what, list));
+    fail(fmt::format("no {}; looked for {}, and the file has {}", what, list, contents()));
   }
   const std::size_t count = found.total() * static_cast<std::size_t>(found.channels());
   if (std::ranges::count(sizes, count)) return found;
@@ -223,6 +225,20 @@ cv::Mat OpenCvFile::need(Names names, std::initializer_list<std::size_t> sizes, 
     expected += (expected.empty() ? "" : " or ") + std::to_string(size);
   fail_in(node_of(names, label),
           fmt::format("the {} has {} numbers, expected {}", what, count, expected));
+}
+
+// The names that it has, and where cameras may be that are not looked for.
+std::string OpenCvFile::contents() const {
+  constexpr std::size_t enough = 100;
+  std::string names;
+  bool nested = false;
+  for (const cv::FileNode& node : storage_.root()) {
+    if (names.size() < enough) names += (names.empty() ? "" : ", ") + node.name();
+    nested = nested || (node.isMap() && node["data"].empty()) ||
+             (node.isSeq() && node.size() > 0 && node[0].isMap());
+  }
+  return names +
+         (nested ? ". Cameras within lists are not read: give a file for each, of one level" : "");
 }
 
 int OpenCvFile::whole(Names names) const {
@@ -238,9 +254,12 @@ std::array<int, 2> OpenCvFile::picture_size(const std::string& label) const {
   std::array<int, 2> size{whole({"image_width", "img_width", "frame_width", "width"}),
                           whole({"image_height", "img_height", "frame_height", "height"})};
   if (size[0] > 0 && size[1] > 0) return size;
-  static constexpr Names pairs = {"image_size",   "img_size",   "frame_size",
-                                  "picture_size", "resolution", "size"};
+  static constexpr Names pairs = {"image_size", "img_size", "frame_size", "picture_size",
+                                  "resolution", "size",     "DIM"};
   const cv::FileNode node = node_of(pairs);
+  if (node.isMap() && is_number(node["width"]) && is_number(node["height"]))
+    return {whole_of(static_cast<double>(node["width"])),
+            whole_of(static_cast<double>(node["height"]))};
   const cv::Mat pair = node.isSeq() || node.isMap() ? find(pairs) : cv::Mat();
   for (std::size_t i = 0; i < 2 && pair.total() == 2; ++i)
     size[i] = whole_of(pair.ptr<double>()[i]);

@@ -37,6 +37,9 @@ class OpenCvFile {
   /// Width and height of the pictures, of those with \p label; 0: the file does not say it.
   std::array<int, 2> picture_size(const std::string& label) const;
 
+  /// Whether there is anything of that very \p name.
+  bool has(const char* name) const { return !storage_[name].empty(); }
+
   /// The strings that are listed under \p name; none: there is no such list.
   std::vector<std::string> strings(const char* name) const;
 
@@ -54,6 +57,7 @@ class OpenCvFile {
   void open();
   void open_storage(const std::string& text, int flags, std::size_t lines_before);
   bool is_ros() const;
+  std::string contents() const;
   int whole(Names names) const;
   cv::FileNode node_of(Names names, const std::string& label = "") const;
   void refuse_other_models() const;

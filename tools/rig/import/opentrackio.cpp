@@ -119,7 +119,7 @@ Rig opentrackio(const std::vector<std::string>& files, const Options& options) {
     for (std::size_t i = 0; i < files.size(); ++i) rig.cameras[i].name = names[i];
   }
   rig.up = Vec3(0.0, 0.0, 1.0);
-  return parse_rig(rig_to_json(rig), files.front());
+  return finished(rig, files.front());
 }
 
 }  // namespace polyhull::import

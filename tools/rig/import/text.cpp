@@ -71,11 +71,6 @@ bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0;
 }
 
-// The rotation that the text meant; others are left for the rig's check to name.
-Rig finish(Rig rig, const std::string& source) {
-  return parse_rig(rig_to_json(rig), source);
-}
-
 std::string numbered(const Options& options, std::size_t index) {
   const std::size_t percent = options.name.find('%');
   std::size_t end = percent + 1;
@@ -150,6 +145,10 @@ bool is_heading(const Row& row) {
          std::ranges::count_if(row.words, [](const auto& word) { return !!number_of(word); }) < 3;
 }
 
+bool names_columns(const Row& row) {
+  return std::ranges::none_of(row.words, [](const auto& word) { return !!number_of(word); });
+}
+
 struct FoundMatrix {
   ProjectionMatrix P;
   std::string name, place;
@@ -158,8 +157,9 @@ struct FoundMatrix {
 // The numbers of \p row, of a 4x4 matrix without its last row; none: they are that row. A name before
 // twelve goes to \p name.
 std::vector<double> numbers_of_matrix(const std::string& file, Row row, std::string& name) {
-  if (row.words.size() == 13 && !number_of(row.words[0]) && !row.words[0].ends_with(':')) {
+  if (row.words.size() == 13 && !number_of(row.words[0])) {
     name = row.words[0];
+    if (name.ends_with(':')) name.pop_back();  // KITTI's
     row.words.erase(row.words.begin());
   }
   if (row.words.size() == 2 && row.words[1] == "*")
@@ -224,6 +224,20 @@ std::vector<std::string> names_of(const std::vector<std::string>& files) {
   return distinct_names(paths);
 }
 
+Rig finished(const Rig& rig, const std::string& source) {
+  constexpr double least = 0.02;  // of the picture's width: a view of 175 degrees
+  const Rig result = parse_rig(rig_to_json(rig), source);
+  for (const Camera& camera : result.cameras)
+    if (camera.K[0][0] < least * camera.width)
+      throw Error(
+          Error::Kind::bad_input,
+          "{}: the focal length of '{}' is {:.3g} px, and its pictures are {} px wide, which "
+          "is no lens's. K or P is probably for pictures of width 1: multiply its first row by "
+          "the width, the second by the height.",
+          source, camera.name, camera.K[0][0], camera.width);
+  return result;
+}
+
 Mat3 rotation_of(const Vec3& v) {
   const double angle = glm::length(v);
   if (angle == 0.0) return Mat3(1.0);
@@ -255,7 +269,7 @@ Rig middlebury(const std::string& file, const Options& options) {
     fail_at(
         file, rows[0].number,
         fmt::format("it promises {} cameras and holds {}", rows[0].words[0], rig.cameras.size()));
-  return finish(std::move(rig), file);
+  return finished(rig, file);
 }
 
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options) {
@@ -279,12 +293,13 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
     set_picture_size(camera, options, files.front(), "");
     set_projection(camera, found.P, focus, found.place);
   }
-  return finish(std::move(rig), files.front());
+  return finished(rig, files.front());
 }
 
 Rig text(const std::string& file, const Options& options) {
   Rig rig;
   for (const Row& row : rows_of(read_text(file))) {
+    if (rig.cameras.empty() && row.words.size() > 26 && names_columns(row)) continue;
     const std::vector<double> values = numbers(file, row, 26);
     Camera& camera = rig.cameras.emplace_back();
     camera.name = name_before(file, row, 26);
@@ -294,7 +309,7 @@ Rig text(const std::string& file, const Options& options) {
     camera.R = matrix_at(values, 14);
     camera.t = vector_at(values, 23);
   }
-  return finish(std::move(rig), file);
+  return finished(rig, file);
 }
 
 }  // namespace polyhull::import
