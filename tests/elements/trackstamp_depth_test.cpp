@@ -45,10 +45,12 @@ struct Result {
 
 /// What composite has drawn of a hull before a grey picture of 3 frames whose depth \p depth is.
 Result composited(const std::string& messages, const std::string& depth,
-                  const char* settings = "backend=processor") {
+                  const char* settings = "backend=processor", const char* video = "RGBA") {
   std::string line = "filesrc location=" + messages +
                      " ! t.scene videotestsrc pattern=blue num-buffers=3 ! "
-                     "video/x-raw,format=RGBA,width=96,height=64,framerate=25/1 ! "
+                     "video/x-raw,format=" +
+                     video +
+                     ",width=96,height=64,framerate=25/1 ! "
                      "trackstamp name=t scene-match=stream-time ! c.background " +
                      depth + " composite name=c shadow=off " + settings +
                      " ! fakesink hullbuild name=h ! c.mesh_0";
@@ -149,6 +151,11 @@ GST_START_TEST(test_near_things_hide) {
     fail_unless_equals_uint64(hidden.without, 0);
     fail_unless_equals_uint64(composited(messages, depth_of("white", format), "backend=gl").changed,
                               0);
+    // Video that composite itself converts keeps its depth.
+    for (const auto& [depth, changed] : {std::pair{"white", guint64{0}}, {"black", open.changed}})
+      fail_unless_equals_uint64(
+          composited(messages, depth_of(depth, format), "backend=processor", "NV12").changed,
+          changed);
     // Black is eight metres away, or nothing.
     fail_unless_equals_uint64(composited(messages, depth_of("black", format)).changed,
                               open.changed);
