@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "base/whole_file.h"
 #include "track/lens/lens_table_text.h"
 #include "track/lens/monotone_cubic.h"
@@ -119,7 +120,8 @@ class LensTable::Reader {
     if (text.size() > largest_file)
       throw Error(Error::Kind::bad_input, "{}: a lens file has at most {} bytes, this one {}.",
                   source_, largest_file, text.size());
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    const std::string plain = plain_text(std::string(text), source_);
+    text = plain;
     while (!text.empty()) {
       ++line_;
       const std::size_t end = text.find('\n');

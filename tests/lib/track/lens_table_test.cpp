@@ -165,6 +165,15 @@ TEST(LensTable, TakesWhatSpreadsheetsWrite) {
   EXPECT_EQ(state.projection_offset_mm, Vec2(0.5, 0.0));
 }
 
+// As spreadsheets save "Unicode text", and as the old Macintosh ended lines.
+TEST(LensTable, TextsOfOtherSystems) {
+  std::string wide = "\xFF\xFE";
+  for (const char c : std::string("Zoom\tFocal length (mm)\r\n0\t9,5\r\n100\t29,5\r\n"))
+    wide += c, wide += '\0';
+  EXPECT_EQ(focal_length(table(wide), 50), 19.5);
+  EXPECT_EQ(focal_length(table("zoom,focal_length_mm\r0,9.5\r100,29.5\r"), 50), 19.5);
+}
+
 TEST(LensTable, DecimalCommasWhereNoCommaParts) {
   for (const char* text :
        {"zoom;focal_length_mm;k1\n0,5;25,25;-,5e-1\n", "zoom focal_length_mm k1\n0,5 25,25 -0,05\n",
@@ -264,7 +273,8 @@ TEST(LensTable, RefusesByLine) {
   refuses("zoom k1\n0 1\n3 1\n0 2\n", {"line 4", "line 2 is of the same"});
   refuses("zoom k1\n0 1\n1e-9 1\n", {"line 3", "within 1e-06"});
   refuses("zoom focus k1\n0 0 1\n0 1e-9 1\n", {"line 3", "within 1e-06"});
-  refuses(std::string("z\0o\0o\0m\0", 8), {"line 1", "UTF-8"});
+  refuses(std::string("zoom focal_length_mm\n0 9\0\n", 26), {"line 2", "UTF-8"});
+  refuses("\xFF\xFEz", {"UTF-16 and broken", "UTF-8"});
   refuses("zoom \xFF\xFE\n0 1\n", {"line 1"});
   refuses(std::string(LensTable::largest_file + 1, ' '), {"at most"});
   std::string many = "zoom k1\n";
