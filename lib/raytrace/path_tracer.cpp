@@ -44,7 +44,7 @@ class Tracer {
     for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
       const RayHit hit = scene_.caster().intersect(ray);
       if (!hit.hit()) {
-        value += throughput * glm::min(exposure_ * scene_.scene().sky, Vec3f(1.0f));
+        value += throughput * glm::min(exposure_ * scene_.sky(ray.direction), Vec3f(1.0f));
         break;
       }
       if (scene_.is_subject(hit)) {
@@ -112,6 +112,14 @@ class Tracer {
                                         origin, surface.normal);
       }
     }
+    if (scene_.scene().environment) {
+      points.seed = hash(points.seed);
+      for (std::uint32_t k = 0; k < light_samples; ++k) {
+        direct +=
+            environment_sample(scene_, sample_point(points.index * light_samples + k, points.seed),
+                               origin, surface.normal);
+      }
+    }
     points.seed = hash(points.seed);
     const auto [x, y] = tangents(surface.normal);
     for (std::uint32_t k = 0; k < bounce_samples; ++k) {
@@ -133,7 +141,8 @@ class Tracer {
     for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
       const RayHit hit = scene_.caster().intersect(ray);
       if (!hit.hit()) {
-        radiance += throughput * scene_.scene().sky;
+        if (depth > 0 || !scene_.scene().environment)
+          radiance += throughput * scene_.sky(ray.direction);
         break;
       }
       if (scene_.is_subject(hit)) {
@@ -150,6 +159,8 @@ class Tracer {
         Vec3f direct(0.0f);
         for (const Light& light : scene_.scene().lights)
           direct += light_sample(scene_, light, points.next(), start(surface), surface.normal);
+        if (scene_.scene().environment)
+          direct += environment_sample(scene_, points.next(), start(surface), surface.normal);
         radiance +=
             throughput * diffuse * scene_.base_colour(hit) / std::numbers::pi_v<float> * direct;
       }

@@ -87,11 +87,23 @@ int side_of(const json& object, const char* name) {
 }
 
 /// 0 where there is none.
-int version_of(const json& root) {
-  const double count = finite_number(root.value("scene_version", json(0)), "scene_version");
+int version_of(const json& root, const char* name) {
+  const double count = finite_number(root.value(name, json(0)), name);
   if (count != std::floor(count) || count < 0.0 || count > INT_MAX)
-    throw broken("'scene_version' must be a whole number from 0 on");
+    throw broken(fmt::format("'{}' must be a whole number from 0 on", name));
   return static_cast<int>(count);
+}
+
+/// Empty where there is none.
+EnvironmentFile environment_of(const json& root) {
+  EnvironmentFile out;
+  const auto found = root.find("environment");
+  if (found == root.end()) return out;
+  if (!found->is_object()) throw broken("'environment' must be an object");
+  out.name = name_of(member(*found, "name"), "name");
+  out.version = version_of(*found, "version");
+  out.turn = finite_number(found->value("turn", json(0)), "turn");
+  return out;
 }
 
 /// The mesh that shines; -1 where there is none.
@@ -159,6 +171,9 @@ std::string announcement_to_json(const Announcement& announcement) {
               {"ambient", numbers(announcement.ambient)}};
   if (announcement.scene_version > 0) out["scene_version"] = announcement.scene_version;
   if (!announcement.nodes.empty()) out["nodes"] = announcement.nodes;
+  if (const EnvironmentFile& around = announcement.environment; !around.name.empty())
+    out["environment"] = {
+        {"name", around.name}, {"version", around.version}, {"turn", around.turn}};
   if (announcement.sky != Vec3f(0.0f)) out["sky"] = numbers(announcement.sky);
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
@@ -179,8 +194,9 @@ Announcement announcement_of(const json& root) {
     Announcement announcement;
     announcement.viewport = camera_from_json(member(root, "viewport"));
     announcement.scene = name_of(member(root, "scene"), "scene");
-    announcement.scene_version = version_of(root);
+    announcement.scene_version = version_of(root, "scene_version");
     announcement.nodes = name_of(root.value("nodes", json("")), "nodes");
+    announcement.environment = environment_of(root);
     const json& lights = member(root, "lights");
     if (!lights.is_array() || lights.size() > most_lights)
       throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));

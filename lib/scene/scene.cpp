@@ -8,6 +8,7 @@
 
 #include "base/convex_hull.h"
 #include "base/error.h"
+#include "environment/environment.h"
 
 namespace polyhull {
 namespace {
@@ -143,6 +144,10 @@ void set_light(Scene& scene, std::size_t index, const Light& light) {
   }
   old = light;
   old.mesh = shown_by;
+}
+
+Vec3f sky_radiance(const Scene& scene, const Vec3f& sky, const Vec3f& direction) {
+  return scene.environment ? sky * scene.environment->radiance(direction) : sky;
 }
 
 Bounds scene_bounds(const Scene& scene) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,8 @@
 #include "rig/camera.h"
 
 namespace polyhull {
+
+class Environment;  // environment/environment.h
 
 /// glTF's metallic-roughness material, as the ray tracer and composite draw it.
 ///
@@ -96,6 +99,8 @@ struct Scene {
   std::vector<SceneMesh> meshes;
   std::vector<Light> lights;
   Vec3f sky{0.0f};  ///< radiance from where nothing is, below the horizon too
+  /// What is there instead, its radiance times `sky`; null: nothing.
+  std::shared_ptr<const Environment> environment;
   std::vector<Mirror> mirrors;
   std::vector<Camera> cameras;  ///< glTF cameras at 1280x720, in the pixel conventions of Camera
   float exposure = 1.0f;        ///< picture value (linear, 1 = white) per radiance
@@ -126,6 +131,9 @@ std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh);
 /// Moves and scales light \p index to \p light, and the mesh that shows it (vertices and emission)
 /// with it. Throws Error for an index that the scene does not have.
 void set_light(Scene& scene, std::size_t index, const Light& light);
+
+/// The radiance from where nothing of \p scene is, seen in \p direction, when Scene::sky is \p sky.
+Vec3f sky_radiance(const Scene& scene, const Vec3f& sky, const Vec3f& direction);
 
 /// The box around all meshes. Throws Error for a scene without vertices.
 Bounds scene_bounds(const Scene& scene);
