@@ -88,10 +88,11 @@ struct RenderFrame {
   std::shared_ptr<const Scene> scene;  ///< null: no geometry, no shadow, no mirror
   /// The same ready for rays, where somebody has made it; null: renderers make their own.
   std::shared_ptr<const TracedScene> traced;
-  std::vector<Light> lights;  ///< as many as the scene's, as they are now
-  float exposure = 1.0f;      ///< as Scene::exposure
-  Vec3f ambient{0.0f};        ///< as Announcement::ambient
-  Vec3f sky{0.0f};            ///< as Announcement::sky
+  std::vector<Light>
+      lights;  ///< the scene's as they are now, and after them environment_lights() times `sky`
+  float exposure = 1.0f;  ///< as Scene::exposure
+  Vec3f ambient{0.0f};    ///< as Announcement::ambient
+  Vec3f sky{0.0f};        ///< as Announcement::sky
   std::vector<RenderSubject> subjects;
   /// Where the background's drawing has them ready, the scene's triangles on the screen. Taken by the
   /// processor's renderer where they are of this view of this scene; the picture is the same to the
