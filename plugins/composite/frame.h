@@ -102,6 +102,7 @@ class FrameComposer {
   const OpenScenes::Open& own_scene(const CompositeSettings& settings, bool live);
   OpenScenes::Open with_lamps(const OpenScenes::Open& open);
   void set_scene(const CompositeSettings& settings, bool live);
+  void add_environment(ShadowQuality quality, const Vec3f& sky);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
                                          bool later);
@@ -149,7 +150,10 @@ class FrameComposer {
   SceneFile wanted_;                      // no name: no scene
   std::optional<OpenScenes::Open> own_;   // the property's; none: no frame yet
   std::shared_ptr<const Scene> lamps_moved_,
-      lamps_of_;  // the scene with its lamps elsewhere; of which
+      lamps_of_;               // the scene with its lamps elsewhere; of which
+  std::vector<Light> around_;  // of the environment, and
+  std::shared_ptr<const Environment> around_of_;
+  std::size_t around_count_ = 0;
   RenderFrame frame_;
   std::vector<float> opacities_;  // of its subjects
   bool fading_ = false;           // any of them is below 1

@@ -21,8 +21,11 @@ enum class Refinement { automatic, always, never };
 /// Metres, degrees, and degrees per second of stream time.
 struct SceneSettings : ViewportSettings {
   std::string scene;
-  std::string nodes;               // as parse_node_changes() takes it
-  std::uint64_t scene_choice = 0;  // how often one of these two has been set
+  std::string nodes;  // as parse_node_changes() takes it
+  std::string environment;
+  double environment_turn = 0.0;
+  std::uint64_t scene_choice = 0;  // how often one of these has been set
+  double environment_intensity = 1.0;
   std::string camera;
   ViewportPath path = ViewportPath::still;
   double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;

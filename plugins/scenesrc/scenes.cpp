@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
-#include "builtin/room.h"
 #include "scene/assumed_light.h"
 #include "scene/scene_changes.h"
 
@@ -25,8 +24,8 @@ std::unique_ptr<OpenedScene> opened(const SceneFile& file, const SceneSettings& 
   const std::filesystem::path folder =
       settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
                            : std::filesystem::path();
-  Scene scene = open_scene(file.name, folder);
-  out->assumed = scene.lights.empty();
+  Scene scene = open_scene(file, folder);
+  out->assumed = scene.lights.empty() && !scene.environment;
   if (out->assumed) assume_light(scene);  // of the file's poses: it stays where nodes move
   out->nodes_missing = change_nodes(parse_node_changes(file.nodes), scene);
   out->lights = scene.lights;
@@ -52,7 +51,7 @@ std::unique_ptr<OpenedScene> opened_and_lit(const SceneFile& file, const SceneSe
                                             const std::atomic<bool>& stop) {
   auto out = opened(file, settings);
   const Stopwatch watch;
-  out->background->prepare(out->lights_by(settings).lights, light_factor(settings, out->assumed),
+  out->background->prepare(out->lights_by(settings).lights, out->sky_by(settings),
                            settings.live ? std::max(pool_threads() / 2, 1) : 0, stop);
   out->light_ms = watch.milliseconds();
   return out;
@@ -63,6 +62,7 @@ std::unique_ptr<OpenedScene> opened_and_lit(const SceneFile& file, const SceneSe
 SceneFile Scenes::file_of(const SceneSettings& settings) {
   SceneFile file = versions_.of(settings.scene);
   file.nodes = settings.nodes;
+  file.environment = versions_.environment(settings.environment, settings.environment_turn);
   return file;
 }
 
@@ -119,7 +119,9 @@ bool Scenes::follow(const SceneSettings& settings, const SceneWish& wish) {
   }
   // Poses that come faster than they are lit do not hold each other up: one is shown, then the latest.
   const bool on_the_way = wish.live && wanted_ && latest_ && wanted_->name == latest_->name &&
-                          wanted_->version == latest_->version;
+                          wanted_->version == latest_->version &&
+                          wanted_->environment.name == latest_->environment.name &&
+                          wanted_->environment.version == latest_->environment.version;
   if (latest_ && !on_the_way) wanted_ = std::exchange(latest_, std::nullopt);
   if (wanted_ && *wanted_ == shown_->file) wanted_.reset();
   if (!wanted_) return false;

@@ -34,6 +34,11 @@ struct OpenedScene {
   SceneLights lights_by(const SceneSettings& settings) const {
     return scene_lights(settings, file.name, bounds, lights, assumed);
   }
+  /// By what its sky is to be brighter.
+  float sky_by(const SceneSettings& settings) const {
+    const double own = file.environment.name.empty() ? 1.0 : settings.environment_intensity;
+    return light_factor(settings, assumed) * static_cast<float>(own);
+  }
 };
 
 /// Who wants a scene.
