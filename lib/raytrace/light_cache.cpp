@@ -304,12 +304,12 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
     return alone ? Vec3f(surface.light == options.lamp ? 1.0f : 0.0f) : surface.emission;
   };
   // The environment is straight light but for what mirrors bring of it: that is the mean over the directions
-  // which a ray stands for, since a sun that few of them meet would make spots.
+  // which four rays stand for, since of a sun that none or one of them meets each node would have as much too much.
   const Environment* environment = scene.scene().environment.get();
   const auto beyond = [&](const Vec3f& way, int depth) {
     if (environment == nullptr) return scene.scene().sky;
     if (depth == 0) return Vec3f(0.0f);
-    return scene.scene().sky * environment->radiance(way, pi / static_cast<float>(samples));
+    return scene.scene().sky * environment->radiance(way, 4.0f * pi / static_cast<float>(samples));
   };
   const auto bounce = [&](Ray ray, RayHit hit, std::uint64_t& asked, int& backs) {
     Vec3f radiance(0.0f), throughput(1.0f);

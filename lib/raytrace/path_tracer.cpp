@@ -8,6 +8,7 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "environment/environment.h"
 #include "raytrace/area_light.h"
 #include "raytrace/sampling.h"
 #include "rig/lens.h"
@@ -31,6 +32,22 @@ struct Points {
     return sample_point(index, seed);
   }
 };
+
+/// As environment_sample(), by way of planar mirror \p number of the scene.
+Vec3f mirrored_environment_sample(const TracedScene& scene, std::size_t number, const Vec2f& square,
+                                  const Vec3f& origin, const Vec3f& normal) {
+  const Mirror& mirror = scene.scene().mirrors[number];
+  const EnvironmentSample sample = scene.scene().environment->sample(square);
+  const Vec3f way = glm::reflect(sample.direction, mirror.normal);
+  const float cosine = glm::dot(normal, way);
+  if (!(sample.density > 0.0f) || cosine <= 0.0f || glm::dot(mirror.normal, way) >= 0.0f ||
+      glm::dot(mirror.normal, origin) - mirror.offset <= scene.epsilon())
+    return Vec3f(0.0f);
+  MirroredLight far{0, number, {}};                          // as the mirror shows it
+  far.image.centre = origin + 5e6f * scene.epsilon() * way;  // a hundred scenes away
+  return scene.scene().sky * sample.radiance * (cosine / sample.density) *
+         mirrored_share(scene, far, {}, origin, normal);
+}
 
 class Tracer {
  public:
@@ -113,12 +130,18 @@ class Tracer {
       }
     }
     if (scene_.scene().environment) {
-      points.seed = hash(points.seed);
-      for (std::uint32_t k = 0; k < light_samples; ++k) {
-        direct +=
-            environment_sample(scene_, sample_point(points.index * light_samples + k, points.seed),
-                               origin, surface.normal);
-      }
+      const auto add = [&](const auto& sampled) {
+        points.seed = hash(points.seed);
+        for (std::uint32_t k = 0; k < light_samples; ++k)
+          direct += sampled(sample_point(points.index * light_samples + k, points.seed));
+      };
+      add([&](const Vec2f& square) {
+        return environment_sample(scene_, square, origin, surface.normal);
+      });
+      for (std::size_t m = 0; m < scene_.scene().mirrors.size(); ++m)
+        add([&](const Vec2f& square) {
+          return mirrored_environment_sample(scene_, m, square, origin, surface.normal);
+        });
     }
     points.seed = hash(points.seed);
     const auto [x, y] = tangents(surface.normal);
@@ -138,10 +161,11 @@ class Tracer {
   Vec3f bounce(Ray ray, Points points) const {
     Vec3f radiance(0.0f), throughput(1.0f);
     bool planar = true;  // lights seen directly or in one planar mirror are sampled as lights
+    bool front = true;   // and so is the environment, in the side that a mirror faces
     for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
       const RayHit hit = scene_.caster().intersect(ray);
       if (!hit.hit()) {
-        if (depth > 0 || !scene_.scene().environment)
+        if (depth > 1 || !front || !scene_.scene().environment)
           radiance += throughput * scene_.sky(ray.direction);
         break;
       }
@@ -166,6 +190,7 @@ class Tracer {
       }
       if (!mirror) break;
       planar = scene_.is_planar_mirror(hit.mesh);
+      front = planar && !surface.back;
       throughput *= f;
       if (largest(throughput) < least_throughput) break;
       ray = reflected(ray, surface);

@@ -166,6 +166,24 @@ TEST(EnvironmentLightTest, BackgroundsComeCloseToTheTruth) {
   }
 }
 
+// By way of a mirror the sun falls on the floor, blurred in the light that is kept, but no less.
+TEST(EnvironmentLightTest, MirrorsThrowIt) {
+  const SceneMesh mirror = parallelogram("mirror", 1, {-1.5f, 0, -1}, {3, 0, 0}, {0, 1.5f, 0});
+  const Scene scene = lit({standing_box(), wide_floor(), mirror}, outdoors(64));
+  const Camera above = look_at({0, 3.5, 0.01}, {0, 0, 0}, 60, 48, 48);
+  const std::vector<Vec3f> exact = truth(scene, 32, above);
+  BackgroundOptions background_options;
+  background_options.light = options();
+  Background background(scene, background_options);
+  background.update(above, {}, scene.exposure);
+  const Difference found = difference(background.picture(), exact);
+  EXPECT_LT(std::abs(found.mean), 0.012);
+  EXPECT_LT(found.rms, 0.09);
+  const std::vector<Vec3f> without =
+      truth(lit({standing_box(), wide_floor()}, outdoors(64)), 32, above);
+  EXPECT_GT(difference(exact, without).mean, 0.006);
+}
+
 // Where nothing is, all see the picture: directly and in a mirror.
 TEST(EnvironmentLightTest, WhatIsAroundIsSeen) {
   const SceneMesh mirror = parallelogram("mirror", 1, {-2, 0, 2}, {4, 0, 0}, {0, 0, -4});
