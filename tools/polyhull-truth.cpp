@@ -18,8 +18,8 @@
 #include "command_line.h"
 #include "raytrace/path_tracer.h"
 #include "rig/rig.h"
+#include "scene/changes/scene_changes.h"
 #include "scene/scene.h"
-#include "scene/scene_changes.h"
 #include "studio/figure/subject.h"
 
 using namespace polyhull;
@@ -65,7 +65,7 @@ void mark_shadow(const Picture& truth, const Picture& empty, std::vector<Region>
 // The scene as scenesrc shows it with these changes of nodes and lights.
 Scene changed_scene(const std::string& name, const std::string& nodes, const std::string& lights) {
   Scene scene = open_scene(name);
-  std::string missing = change_nodes(parse_node_changes(nodes), scene);
+  std::string missing = pose_scene({.nodes = nodes}, scene);
   std::vector<Light> changed = scene.lights;
   missing += change_lights(parse_light_changes(lights), scene_bounds(scene), scene.name, changed);
   if (!missing.empty()) throw Error(Error::Kind::not_found, "{}", missing);

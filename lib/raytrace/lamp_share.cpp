@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "environment/environment.h"
 #include "raytrace/area_light.h"
 #include "raytrace/sampling.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 constexpr std::size_t spot_ways = 64;  // to a spot, whose light has no closed form
 constexpr std::uint32_t straight_seed = 0x3c6ef372U, mirrored_seed = 0x510e527fU,
-                        inside_seed = 0xa54ff53aU;
+                        inside_seed = 0xa54ff53aU, environment_seed = 0x1f83d9abU;
 
 }  // namespace
 
@@ -52,7 +53,27 @@ LampShare::LampShare(const TracedScene& scene, const Light& light, const Mirrore
                             mirrored != nullptr ? mirrored_seed : straight_seed)),
       first_(std::min(points_.size(), static_cast<std::size_t>(std::max(first, 1)))) {}
 
-float LampShare::unoccluded(const SurfaceGrid::Node& node) const {
+LampShare::LampShare(const TracedScene& scene, int first, int samples)
+    : scene_(scene),
+      radiance_(scene.scene().sky),
+      first_(static_cast<std::size_t>(std::clamp(first, 1, samples))) {
+  for (const Vec2f& point : spread_points(samples, environment_seed)) {
+    const EnvironmentSample sample = scene.scene().environment->sample(point);
+    const float weight = sample.density > 0.0f ? 1.0f / sample.density : 0.0f;
+    ways_.push_back({sample.direction, to_float4(weight * sample.radiance)});
+  }
+  first_ = std::min(first_, ways_.size());
+}
+
+std::optional<Vec3f> LampShare::unoccluded(const SurfaceGrid::Node& node) const {
+  if (is_environment()) return radiance_ * scene_.scene().environment->irradiance(node.normal);
+  const float irradiance = light_per_radiance(node);
+  if (irradiance <= 0.0f) return {};
+  return radiance_ * irradiance;
+}
+
+/// E / L of unoccluded().
+float LampShare::light_per_radiance(const SurfaceGrid::Node& node) const {
   const Vec3f origin = ray_start(scene_, node);
   if (!light_.is_spot()) return unoccluded_irradiance(light_, origin, node.normal);
   const std::size_t count = std::min(points_.size(), spot_ways);
@@ -95,6 +116,32 @@ void LampShare::add(const SurfaceGrid::Node& node, std::span<const Vec2f> points
   }
 }
 
+/// By \p count of ways_.
+void LampShare::add_environment(const SurfaceGrid::Node& node, std::size_t first, std::size_t count,
+                                Sum& sum) const {
+  std::array<Ray, 64> rays;
+  std::array<Float4, 64> lights;
+  std::array<std::uint8_t, 64> blocked;
+  const Vec3f origin = ray_start(scene_, node);
+  const std::size_t end = first + count;
+  while (first < end) {
+    std::size_t asked = 0;
+    for (; first < end && asked < rays.size(); ++first) {
+      const float cosine = glm::dot(node.normal, ways_[first].direction);
+      if (cosine <= 0.0f) continue;
+      lights[asked] = cosine * ways_[first].light;
+      rays[asked] = {origin, 10.0f * scene_.epsilon(), ways_[first].direction};
+      ++asked;
+    }
+    scene_.caster().occluded(std::span(rays).first(asked), std::span(blocked).first(asked), false);
+    for (std::size_t i = 0; i < asked; ++i) {
+      sum.whole += lights[i];
+      if (!blocked[i]) sum.visible += lights[i];
+      (blocked[i] ? sum.blocked : sum.free) = true;
+    }
+  }
+}
+
 void LampShare::add_mirrored(const SurfaceGrid::Node& node, std::span<const Vec2f> points,
                              Sum& sum) const {
   const Vec3f origin = ray_start(scene_, node);
@@ -111,18 +158,26 @@ void LampShare::add_mirrored(const SurfaceGrid::Node& node, std::span<const Vec2
 Float4 LampShare::at(const SurfaceGrid::Node& node, bool thorough, std::uint64_t& rays) const {
   Sum sum;
   const std::uint64_t each = mirrored_ != nullptr ? 2 : 1;
-  const auto ask = [&](std::span<const Vec2f> points) {
-    mirrored_ != nullptr ? add_mirrored(node, points, sum) : add(node, points, sum);
-    rays += each * points.size();
+  const auto ask = [&](std::size_t first, std::size_t count) {
+    if (is_environment())
+      add_environment(node, first, count, sum);
+    else if (mirrored_ != nullptr)
+      add_mirrored(node, std::span(points_).subspan(first, count), sum);
+    else
+      add(node, std::span(points_).subspan(first, count), sum);
+    rays += each * count;
   };
-  ask(std::span(points_).first(first_));
+  const std::size_t all_ways = is_environment() ? ways_.size() : points_.size();
+  ask(0, first_);
   const bool soft = sum.blocked && sum.free;
-  if ((soft || thorough) && sum.whole > 0.0f) ask(std::span(points_).subspan(first_));
+  const auto any = [](const Float4& v) { return v[0] > 0.0f || v[1] > 0.0f || v[2] > 0.0f; };
+  if ((soft || thorough) && any(sum.whole)) ask(first_, all_ways - first_);
   // A node that the light's front is turned away from does as if it saw it: the light's closed form
-  // is 0 there, and a neighbour's share is not disturbed.
+  // is 0 there, and a neighbour's share is not disturbed. So does a colour that nothing has.
   constexpr Float4 all = {1.0f, 1.0f, 1.0f, 0.0f};
-  if (!(sum.whole > 0.0f)) return all;
-  const Float4 share = sum.visible / sum.whole;
+  if (!any(sum.whole)) return all;
+  const Float4 nothing{};
+  const Float4 share = sum.whole > nothing ? sum.visible / sum.whole : all;
   return share < all ? share : all;
 }
 

@@ -3,6 +3,7 @@
 // corner to corner are divided.
 #include <algorithm>
 #include <atomic>
+#include <optional>
 
 #include "base/thread_pool.h"
 #include "raytrace/lamp_share.h"
@@ -27,9 +28,9 @@ bool LightCache::border_value(const TracedScene& scene, const std::vector<LampSh
   Float4 straight{}, mirrored{};
   bool faces = false;
   for (const LampShare& lamp : lamps) {
-    const float unoccluded = lamp.unoccluded(node);
-    if (unoccluded <= 0.0f) continue;
-    const Float4 light = lamp.at(node, false, rays) * to_float4(lamp.radiance() * unoccluded);
+    const std::optional<Vec3f> unoccluded = lamp.unoccluded(node);
+    if (!unoccluded) continue;
+    const Float4 light = lamp.at(node, false, rays) * to_float4(*unoccluded);
     (lamp.is_mirrored() ? mirrored : straight) += light;
     faces |= !lamp.is_mirrored();
   }

@@ -6,8 +6,10 @@
 #include <atomic>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "base/thread_pool.h"
+#include "environment/environment.h"
 #include "raytrace/lamp_share.h"
 #include "raytrace/sampling.h"
 
@@ -59,6 +61,8 @@ constexpr float not_asked = -1.0f;  // as the fourth number of a share
 constexpr float alike = 0.12f;      // shares that differ less may be interpolated between
 constexpr int least_samples = 16;   // of bounced light
 constexpr float sharp = 0.7f;       // shares that differ more have a border in between
+// Of the environment, where a sun is a part: of its shadow.
+constexpr float sharp_of_environment = 0.3f;
 
 /// The largest difference of a colour among a block's corners.
 float contrast(const std::vector<Float4>& shares, const SurfaceGrid::Block& block) {
@@ -217,20 +221,21 @@ void LightCache::fill_lamp(const TracedScene& scene, const LightCacheOptions& op
     fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, SurfaceGrid::Node node) {
       if ((back && !double_sided_[node.mesh]) || stopped()) return;
       node = turned(node, back);
-      const float unoccluded = lamp.unoccluded(node);
-      if (unoccluded <= 0.0f) return;
+      const std::optional<Vec3f> unoccluded = lamp.unoccluded(node);
+      if (!unoccluded) return;
       Float4 share = shares[i];
       share[3] = 0.0f;
       if (std::max({share[0], share[1], share[2]}) > 0.0f)
-        values[i] += share * to_float4(lamp.radiance() * unoccluded);
+        values[i] += share * to_float4(*unoccluded);
       else if (hidden != nullptr && inside_a_body(scene, node))
         (*hidden)[i] = 1;
     });
   });
   if (!options.borders || options.divided) return;
   std::vector<char>& borders = borders_[back ? 1 : 0];
+  const float border = lamp.is_environment() ? sharp_of_environment : sharp;
   fine_.for_blocks(1, [&](const SurfaceGrid::Block& block) {
-    if (contrast(shares, block) > sharp) borders[block.first] = 1;
+    if (contrast(shares, block) > border) borders[block.first] = 1;
   });
 }
 
@@ -250,6 +255,8 @@ std::vector<LampShare> LightCache::lamps_of(const TracedScene& scene,
       lamps.emplace_back(scene, light.image, &light, first, mirrored_samples);
   if (options.lamp >= 0)
     for (LampShare& lamp : lamps) lamp.set_radiance(Vec3f(1.0f));
+  else if (scene.scene().environment)
+    lamps.emplace_back(scene, options.first_samples, options.light_samples);
   return lamps;
 }
 
@@ -296,12 +303,20 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
   const auto emission = [&](const Surface& surface) {
     return alone ? Vec3f(surface.light == options.lamp ? 1.0f : 0.0f) : surface.emission;
   };
+  // The environment is straight light but for what mirrors bring of it: that is the mean over the directions
+  // which four rays stand for, since of a sun that none or one of them meets each node would have as much too much.
+  const Environment* environment = scene.scene().environment.get();
+  const auto beyond = [&](const Vec3f& way, int depth) {
+    if (environment == nullptr) return scene.scene().sky;
+    if (depth == 0) return Vec3f(0.0f);
+    return scene.scene().sky * environment->radiance(way, 4.0f * pi / static_cast<float>(samples));
+  };
   const auto bounce = [&](Ray ray, RayHit hit, std::uint64_t& asked, int& backs) {
     Vec3f radiance(0.0f), throughput(1.0f);
     bool planar = true;
     for (int depth = 0;; ++depth) {
       if (!hit.hit()) {
-        if (!alone) radiance += throughput * scene.scene().sky;
+        if (!alone) radiance += throughput * beyond(ray.direction, depth);
         break;
       }
       const Surface surface = scene.plain_surface(ray, hit);

@@ -13,6 +13,7 @@
 
 #include "base/content_hash.h"
 #include "base/error.h"
+#include "environment/environment.h"
 
 namespace polyhull {
 namespace {
@@ -70,6 +71,7 @@ std::uint64_t key_of(const Scene& scene, const LightCacheOptions& options) {
     if (light.is_spot()) hash.add(Vec2f(light.inner_cone, light.outer_cone));
   }
   if (scene.sky != Vec3f(0.0f)) hash.add(scene.sky);
+  if (scene.environment) hash.add(scene.environment->content());
   return hash.value();
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "environment/environment.h"
 #include "raytrace/area_light.h"
 #include "raytrace/sampling.h"
 #include "rig/lens.h"
@@ -32,6 +33,22 @@ struct Points {
   }
 };
 
+/// As environment_sample(), by way of planar mirror \p number of the scene.
+Vec3f mirrored_environment_sample(const TracedScene& scene, std::size_t number, const Vec2f& square,
+                                  const Vec3f& origin, const Vec3f& normal) {
+  const Mirror& mirror = scene.scene().mirrors[number];
+  const EnvironmentSample sample = scene.scene().environment->sample(square);
+  const Vec3f way = glm::reflect(sample.direction, mirror.normal);
+  const float cosine = glm::dot(normal, way);
+  if (!(sample.density > 0.0f) || cosine <= 0.0f || glm::dot(mirror.normal, way) >= 0.0f ||
+      glm::dot(mirror.normal, origin) - mirror.offset <= scene.epsilon())
+    return Vec3f(0.0f);
+  MirroredLight far{0, number, {}};                          // as the mirror shows it
+  far.image.centre = origin + 5e6f * scene.epsilon() * way;  // a hundred scenes away
+  return scene.scene().sky * sample.radiance * (cosine / sample.density) *
+         mirrored_share(scene, far, {}, origin, normal);
+}
+
 class Tracer {
  public:
   Tracer(const TracedScene& scene, const PathOptions& options) : scene_(scene), options_(options) {
@@ -44,7 +61,7 @@ class Tracer {
     for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
       const RayHit hit = scene_.caster().intersect(ray);
       if (!hit.hit()) {
-        value += throughput * glm::min(exposure_ * scene_.scene().sky, Vec3f(1.0f));
+        value += throughput * glm::min(exposure_ * scene_.sky(ray.direction), Vec3f(1.0f));
         break;
       }
       if (scene_.is_subject(hit)) {
@@ -112,6 +129,20 @@ class Tracer {
                                         origin, surface.normal);
       }
     }
+    if (scene_.scene().environment) {
+      const auto add = [&](const auto& sampled) {
+        points.seed = hash(points.seed);
+        for (std::uint32_t k = 0; k < light_samples; ++k)
+          direct += sampled(sample_point(points.index * light_samples + k, points.seed));
+      };
+      add([&](const Vec2f& square) {
+        return environment_sample(scene_, square, origin, surface.normal);
+      });
+      for (std::size_t m = 0; m < scene_.scene().mirrors.size(); ++m)
+        add([&](const Vec2f& square) {
+          return mirrored_environment_sample(scene_, m, square, origin, surface.normal);
+        });
+    }
     points.seed = hash(points.seed);
     const auto [x, y] = tangents(surface.normal);
     for (std::uint32_t k = 0; k < bounce_samples; ++k) {
@@ -130,10 +161,12 @@ class Tracer {
   Vec3f bounce(Ray ray, Points points) const {
     Vec3f radiance(0.0f), throughput(1.0f);
     bool planar = true;  // lights seen directly or in one planar mirror are sampled as lights
+    bool front = true;   // and so is the environment, in the side that a mirror faces
     for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
       const RayHit hit = scene_.caster().intersect(ray);
       if (!hit.hit()) {
-        radiance += throughput * scene_.scene().sky;
+        if (depth > 1 || !front || !scene_.scene().environment)
+          radiance += throughput * scene_.sky(ray.direction);
         break;
       }
       if (scene_.is_subject(hit)) {
@@ -150,11 +183,14 @@ class Tracer {
         Vec3f direct(0.0f);
         for (const Light& light : scene_.scene().lights)
           direct += light_sample(scene_, light, points.next(), start(surface), surface.normal);
+        if (scene_.scene().environment)
+          direct += environment_sample(scene_, points.next(), start(surface), surface.normal);
         radiance +=
             throughput * diffuse * scene_.base_colour(hit) / std::numbers::pi_v<float> * direct;
       }
       if (!mirror) break;
       planar = scene_.is_planar_mirror(hit.mesh);
+      front = planar && !surface.back;
       throughput *= f;
       if (largest(throughput) < least_throughput) break;
       ray = reflected(ray, surface);

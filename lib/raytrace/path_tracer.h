@@ -5,8 +5,8 @@
 /// Through each point of a pixel: mirrors are followed (ideal reflection, Schlick's Fresnel term,
 /// up to `mirror_depth` of them), and a diffuse point x shows base colour / pi times
 ///   E(x) = E_direct(x) + int L_1(y) cos dw,
-/// E_direct the light of the scene's lights that reaches x, L_1(y) the sky's radiance where there is
-/// nothing, and what the surface y seen from x in direction w sends: its emission (unless it is one of the lights, which E_direct has), base
+/// E_direct the light of the scene's lights, and of its environment, that reaches x, L_1(y) the sky's radiance where there is
+/// nothing (an environment's only by way of mirrors, since E_direct has the rest), and what the surface y seen from x in direction w sends: its emission (unless it is one of the lights, which E_direct has), base
 /// colour / pi times E_direct(y), and by mirrors what they show of the same; so one diffuse bounce.
 /// Subjects show their given colour in all of these. A pixel is the mean over its square; light
 /// sources seen directly or in mirrors count as white, so that their edges can be smooth.

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "environment/environment.h"
 #include "raytrace/area_light.h"
 
 namespace polyhull {
@@ -199,6 +200,18 @@ Vec3f light_sample(const TracedScene& scene, const Light& light, const Vec2f& sq
   ray.direction = sample.place - origin;
   ray.far = 1.0f - 1e-4f;  // not the light's own mesh
   return scene.caster().occluded(ray) ? Vec3f(0.0f) : sample.weight * light.radiance;
+}
+
+Vec3f environment_sample(const TracedScene& scene, const Vec2f& square, const Vec3f& origin,
+                         const Vec3f& normal) {
+  const EnvironmentSample sample = scene.scene().environment->sample(square);
+  const float cosine = glm::dot(normal, sample.direction);
+  if (!(sample.density > 0.0f) || cosine <= 0.0f) return Vec3f(0.0f);
+  Ray ray;
+  ray.origin = origin;
+  ray.direction = sample.direction;
+  if (scene.caster().occluded(ray)) return Vec3f(0.0f);
+  return scene.scene().sky * sample.radiance * (cosine / sample.density);
 }
 
 Vec3f mirrored_share(const TracedScene& scene, const MirroredLight& light, const Vec2f& square,

@@ -70,6 +70,8 @@ class TracedScene {
 
   /// Has rays find everything where the last take_pose() put it; costs nothing where they do.
   void build_tree();
+  /// As sky_radiance().
+  Vec3f sky(const Vec3f& direction) const { return sky_radiance(scene_, scene_.sky, direction); }
 
   /// As Scene::sky.
   void set_sky(const Vec3f& sky) { scene_.sky = sky; }
@@ -128,6 +130,10 @@ inline Vec3f fresnel(const Vec3f& f0, float cosine) {
 /// uniform places is the irradiance.
 Vec3f light_sample(const TracedScene& scene, const Light& light, const Vec2f& square,
                    const Vec3f& origin, const Vec3f& normal);
+
+/// As light_sample(), of the scene's environment, which there is.
+Vec3f environment_sample(const TracedScene& scene, const Vec2f& square, const Vec3f& origin,
+                         const Vec3f& normal);
 
 /// What a planar mirror leaves of one way from \p origin to a light's image in it: the mirror's
 /// reflectance, or 0 where something is in between.

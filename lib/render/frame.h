@@ -88,7 +88,8 @@ struct RenderFrame {
   std::shared_ptr<const Scene> scene;  ///< null: no geometry, no shadow, no mirror
   /// The same ready for rays, where somebody has made it; null: renderers make their own.
   std::shared_ptr<const TracedScene> traced;
-  std::vector<Light> lights;  ///< as many as the scene's, as they are now
+  /// The scene's as they are now, and after them environment_lights() times `sky`.
+  std::vector<Light> lights;
   /// By Scene::mirrors: which are to show nobody; none: all may show somebody.
   std::vector<bool> mirrors_left_out;
   float exposure = 1.0f;  ///< as Scene::exposure

@@ -28,6 +28,7 @@ class Irradiance {
   /// \p bodies: places within bodies count as the nearest ones out of them.
   Irradiance(const RenderFrame& frame, const TracedScene& scene, bool bodies)
       : frame_(frame), scene_(scene), bodies_(bodies) {
+    if (!scene.scene().environment) sky_ = frame.sky;  // which has lights in the frame's
     for (const Light& light : frame.lights)
       powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) + light_strength(light));
   }
@@ -78,8 +79,8 @@ class Irradiance {
       const RayHit& hit = hits_[i];
       const Vec3f& way = rays_[i].direction;
       if (!hit.hit()) {
-        out.indirect += frame_.sky;
-        out.moments.add(way, solid_angle * frame_.sky);
+        out.indirect += sky_;
+        out.moments.add(way, solid_angle * sky_);
         continue;
       }
       const Surface at = scene_.plain_surface(rays_[i], hit);
@@ -169,6 +170,7 @@ class Irradiance {
   const RenderFrame& frame_;
   const TracedScene& scene_;
   const bool bodies_;
+  Vec3f sky_{0.0f};
   std::vector<float> powers_;  // of the lights up to each
   static thread_local std::vector<Ray> rays_;
   static thread_local std::vector<RayHit> hits_;

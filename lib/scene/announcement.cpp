@@ -94,6 +94,18 @@ int count_of(const json& root, const char* name) {
   return static_cast<int>(count);
 }
 
+/// Empty where there is none.
+EnvironmentFile environment_of(const json& root) {
+  EnvironmentFile out;
+  const auto found = root.find("environment");
+  if (found == root.end()) return out;
+  if (!found->is_object()) throw broken("'environment' must be an object");
+  out.name = name_of(member(*found, "name"), "name");
+  out.version = count_of(*found, "version");
+  out.turn = finite_number(found->value("turn", json(0)), "turn");
+  return out;
+}
+
 /// The mesh that shines; -1 where there is none.
 int mesh_of(const json& light) {
   const double mesh = finite_number(light.value("mesh", json(-1)), "mesh");
@@ -163,6 +175,9 @@ std::string announcement_to_json(const Announcement& announcement) {
     out["animation"] = announcement.pose.animation;
     out["animation_time"] = announcement.pose.animation_time;
   }
+  if (const EnvironmentFile& around = announcement.environment; !around.name.empty())
+    out["environment"] = {
+        {"name", around.name}, {"version", around.version}, {"turn", around.turn}};
   if (announcement.sky != Vec3f(0.0f)) out["sky"] = numbers(announcement.sky);
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
@@ -189,6 +204,7 @@ Announcement announcement_of(const json& root) {
     if (announcement.pose.animation > 0)
       announcement.pose.animation_time =
           finite_number(root.value("animation_time", json(0)), "animation_time");
+    announcement.environment = environment_of(root);
     const json& lights = member(root, "lights");
     if (!lights.is_array() || lights.size() > most_lights)
       throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));

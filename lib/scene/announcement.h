@@ -16,6 +16,14 @@
 
 namespace polyhull {
 
+/// An environment picture, as load_environment() takes it.
+struct EnvironmentFile {
+  std::string name;   ///< its path; empty: none
+  int version = 0;    ///< as Announcement::scene_version
+  double turn = 0.0;  ///< degrees
+  bool operator==(const EnvironmentFile&) const = default;
+};
+
 struct Announcement {
   Camera viewport;    ///< the camera of the picture; world = scene coordinates, metres
   std::string scene;  ///< name for open_scene(); empty: only the viewport is announced, and scene,
@@ -23,11 +31,12 @@ struct Announcement {
   /// Of a file: how often it has been written anew and read again under this name; another one is
   /// another scene.
   int scene_version = 0;
-  ScenePose pose;             ///< of its file
-  std::vector<Light> lights;  ///< the lights as they are in this frame
-  float exposure = 1.0f;      ///< as in Scene
-  Vec3f ambient{0.0f};        ///< mean indirect irradiance over the scene's surfaces
-  Vec3f sky{0.0f};            ///< as in Scene
+  ScenePose pose;               ///< of its file
+  EnvironmentFile environment;  ///< what is around the scene
+  std::vector<Light> lights;    ///< the lights as they are in this frame
+  float exposure = 1.0f;        ///< as in Scene
+  Vec3f ambient{0.0f};          ///< mean indirect irradiance over the scene's surfaces
+  Vec3f sky{0.0f};              ///< as in Scene
   /// As in ViewportLens, of the viewport's real lens where that is known; 0: it is not. The picture need
   /// not have it.
   double aperture = 0.0, focus_distance = 0.0;

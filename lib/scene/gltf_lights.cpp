@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "environment/environment.h"
 #include "scene/assumed_light.h"
 
 namespace polyhull {
@@ -200,7 +201,9 @@ float automatic_exposure(const Scene& scene) {
       const float length = glm::length(cross);
       if (!(length > 0.0f)) continue;
       const Vec3f normal = cross / length, point = (p0 + p1 + p2) / 3.0f;
-      float sum = pi * (scene.sky.x + scene.sky.y + scene.sky.z) / 3.0f;
+      const Vec3f sky =
+          scene.environment ? scene.sky * scene.environment->irradiance(normal) / pi : scene.sky;
+      float sum = pi * (sky.x + sky.y + sky.z) / 3.0f;
       for (const Light& light : scene.lights) {
         const Vec3f to_light = light.centre - point;
         const float squared = std::max(glm::dot(to_light, to_light), 1e-6f);

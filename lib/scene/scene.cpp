@@ -8,6 +8,7 @@
 
 #include "base/convex_hull.h"
 #include "base/error.h"
+#include "environment/environment.h"
 
 namespace polyhull {
 namespace {
@@ -178,6 +179,10 @@ void move_mesh(const Mat4& moved, SceneMesh& mesh) {
     const double length = glm::length(turned);
     n = length > 0.0 ? Vec3f(turned / length) : Vec3f(0.0f, 1.0f, 0.0f);
   }
+}
+
+Vec3f sky_radiance(const Scene& scene, const Vec3f& sky, const Vec3f& direction) {
+  return scene.environment ? sky * scene.environment->radiance(direction) : sky;
 }
 
 Bounds scene_bounds(const Scene& scene) {

@@ -18,7 +18,8 @@
 
 namespace polyhull {
 
-struct Animation;  // scene/animation/animation.h
+struct Animation;   // scene/animation/animation.h
+class Environment;  // environment/environment.h
 
 /// glTF's metallic-roughness material, as the ray tracer and composite draw it.
 ///
@@ -119,6 +120,8 @@ struct Scene {
   std::vector<SceneMesh> meshes;
   std::vector<Light> lights;
   Vec3f sky{0.0f};  ///< radiance from where nothing is, below the horizon too
+  /// What is there instead, its radiance times `sky`; null: nothing.
+  std::shared_ptr<const Environment> environment;
   std::vector<Mirror> mirrors;
   std::vector<Camera> cameras;  ///< glTF cameras at 1280x720, in the pixel conventions of Camera
   float exposure = 1.0f;        ///< picture value (linear, 1 = white) per radiance
@@ -153,6 +156,9 @@ void set_light(Scene& scene, std::size_t index, const Light& light);
 /// Brings \p mesh elsewhere; its normals stay on the same side of its triangles, also where \p moved flattens
 /// it or is a reflection.
 void move_mesh(const Mat4& moved, SceneMesh& mesh);
+
+/// The radiance from where nothing of \p scene is, seen in \p direction, when Scene::sky is \p sky.
+Vec3f sky_radiance(const Scene& scene, const Vec3f& sky, const Vec3f& direction);
 
 /// The box around all meshes. Throws Error for a scene without vertices.
 Bounds scene_bounds(const Scene& scene);

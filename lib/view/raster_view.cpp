@@ -49,7 +49,7 @@ struct RasterView::Pass {
   std::uint8_t mirror_number = 0;
   bool by_rays = false;  ///< what the mirror shows is so little that it is traced
   Vec3f f0{0.0f};        ///< of the mirror
-  Vec3f sky{0.0f};       ///< picture value of where nothing is
+  bool sky = false;      ///< whether there is light where nothing is
 
   /// The rays through the middles of the pixels of \p span, where they meet \p of: what a mirror
   /// reflects changes too slowly for their places to count.
@@ -101,7 +101,7 @@ void RasterView::draw(const Camera& camera, const ViewOptions& options, std::spa
               options.threads);
   triangles_ = screen;
   Pass pass{pinhole, options, rays, picture, *screen, Vec3f(camera.centre())};
-  pass.sky = glm::min(scene_.scene().exposure * scene_.scene().sky, Vec3f(1.0f));
+  pass.sky = scene_.scene().exposure * scene_.scene().sky != Vec3f(0.0f);
   rays_ = edges_ = 0;
   for (auto& pixels : mirror_pixels_) pixels = 0;
   mirror_samples_.resize(picture.size());
@@ -270,13 +270,17 @@ void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
 
 /// Adds the sky to some samples of a pixel that show nothing else.
 void RasterView::add_sky(const Pass& pass, int x, int y, unsigned samples) {
-  if (pass.sky == Vec3f(0.0f)) return;
-  Vec3f sky = static_cast<float>(std::popcount(samples)) / packed_samples * pass.sky;
+  if (!pass.sky) return;
+  const float share = static_cast<float>(std::popcount(samples)) / packed_samples;
+  Vec3f seen(0.0f), mirrored(1.0f);
+  if (pass.mirror != nullptr || scene_.scene().environment)
+    seen = pass.rays.way(static_cast<float>(x), static_cast<float>(y), 0).ray.direction;
   if (pass.mirror != nullptr) {
-    const Way way = pass.rays.way(static_cast<float>(x), static_cast<float>(y), 0);
-    sky *= fresnel(pass.f0, -glm::dot(pass.mirror->normal, glm::normalize(way.ray.direction)));
+    mirrored = fresnel(pass.f0, -glm::dot(pass.mirror->normal, glm::normalize(seen)));
+    seen = glm::reflect(seen, pass.mirror->normal);
   }
-  pass.picture[static_cast<std::size_t>(y) * pass.camera.width + x] += sky;
+  const Vec3f sky = share * glm::min(scene_.scene().exposure * scene_.sky(seen), Vec3f(1.0f));
+  pass.picture[static_cast<std::size_t>(y) * pass.camera.width + x] += sky * mirrored;
 }
 
 /// Adds a triangle's colour to the pixels of row \p y that show it.

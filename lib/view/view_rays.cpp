@@ -78,7 +78,7 @@ std::uint64_t ViewRays::follow(RayWork& work, std::size_t count, int depth) cons
 /// Adds what a way sees to \p value; true if a mirror sends it on to \p next.
 bool ViewRays::shade(const Way& way, const RayHit& hit, Vec3f& value, Way& next) const {
   if (!hit.hit()) {
-    value += way.throughput * glm::min(exposure_ * scene_.scene().sky, Vec3f(1.0f));
+    value += way.throughput * glm::min(exposure_ * scene_.sky(way.ray.direction), Vec3f(1.0f));
     return false;
   }
   if (scene_.is_subject(hit)) {

@@ -103,6 +103,7 @@ class FrameComposer {
   OpenScenes::Open with_lamps(const OpenScenes::Open& open);
   void set_scene(const CompositeSettings& settings, bool live);
   void set_mirrors(const std::string& choice);
+  void add_environment(ShadowQuality quality, const Vec3f& sky);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
                                          bool later);
@@ -152,6 +153,9 @@ class FrameComposer {
   std::shared_ptr<const Scene> lamps_moved_,
       lamps_of_;                 // the scene with its lamps elsewhere; of which
   std::string mirrors_missing_;  // what was said of them last
+  std::vector<Light> around_;    // of the environment, and
+  std::shared_ptr<const Environment> around_of_;
+  std::size_t around_count_ = 0;
   RenderFrame frame_;
   std::vector<float> opacities_;  // of its subjects
   bool fading_ = false;           // any of them is below 1

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "plugins/composite/frame.h"
+#include "scene/assumed_light.h"
 #include "scene/changes/mirror_choice.h"
 #include "scene/changes/scene_changes.h"
 
@@ -11,7 +12,7 @@ namespace polyhull::element {
 namespace {
 
 SceneFile scene_of(const Announcement& announcement) {
-  return {announcement.scene, announcement.scene_version};
+  return {announcement.scene, announcement.scene_version, announcement.environment};
 }
 
 }  // namespace
@@ -61,6 +62,22 @@ OpenScenes::Open FrameComposer::with_lamps(const OpenScenes::Open& open) {
   return {open.file, open.pose, lamps_moved_, nullptr};
 }
 
+/// The lights that stand for the scene's environment, as many as \p quality is worth.
+void FrameComposer::add_environment(ShadowQuality quality, const Vec3f& sky) {
+  const std::size_t count = quality == ShadowQuality::best   ? 32
+                            : quality == ShadowQuality::good ? 16
+                                                             : 8;
+  if (around_of_ != frame_.scene->environment || around_count_ != count) {
+    around_ = environment_lights(*frame_.scene, count);
+    around_of_ = frame_.scene->environment;
+    around_count_ = count;
+  }
+  for (Light light : around_) {
+    light.radiance *= sky;
+    frame_.lights.push_back(std::move(light));
+  }
+}
+
 /// The scene and its light: the background's, else those of the properties.
 void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
   const auto use = [&](const OpenScenes::Open& open) {
@@ -70,6 +87,7 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
   if (announcement_ && !announcement_->scene.empty()) {
     frame_.lights = announcement_->lights;
     use(with_lamps(scenes_.now(scene_of(*announcement_), announcement_->pose)));  // read already
+    add_environment(settings.shadow, announcement_->sky);
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
     frame_.sky = announcement_->sky;

@@ -5,7 +5,6 @@
 #include <system_error>
 #include <utility>
 
-#include "builtin/room.h"
 #include "scene/changes/scene_changes.h"
 
 namespace polyhull::element {
@@ -13,19 +12,20 @@ namespace {
 
 constexpr std::size_t most_held = 2;
 
-std::filesystem::file_time_type written(const SceneFile& file) {
-  std::error_code none;
-  return std::filesystem::last_write_time(file.name, none);
-}
-
 OpenScenes::Open opened(const SceneFile& file, bool rays) {
-  Scene scene = open_scene(file.name);
+  Scene scene = open_scene(file);
   if (!rays) return {file, {}, std::make_shared<const Scene>(std::move(scene)), nullptr};
   const auto traced = std::make_shared<const TracedScene>(std::move(scene));
   return {file, {}, {traced, &traced->scene()}, traced};
 }
 
 }  // namespace
+
+OpenScenes::Written OpenScenes::written(const SceneFile& file) {
+  std::error_code none;
+  return {std::filesystem::last_write_time(file.name, none),
+          std::filesystem::last_write_time(file.environment.name, none)};
+}
 
 /// The one that is held or loaded, moved to the front; null: neither.
 const OpenScenes::Open* OpenScenes::held(const SceneFile& file) {
@@ -46,8 +46,7 @@ bool OpenScenes::has_failed(const SceneFile& file) const {
 
 /// What \p work gives becomes next_; throws what it throws, and remembers that of the file as it was
 /// \p since.
-void OpenScenes::load(const SceneFile& file, std::filesystem::file_time_type since,
-                      const std::function<Open()>& work) {
+void OpenScenes::load(const SceneFile& file, Written since, const std::function<Open()>& work) {
   try {
     next_ = work();
     failed_.reset();

@@ -3,6 +3,7 @@
 /// The scenes that composite has open: the last two that it drew with, and one that is loaded beside.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <functional>
@@ -44,16 +45,17 @@ class OpenScenes {
   void reset();
 
  private:
+  using Written = std::array<std::filesystem::file_time_type, 2>;  // a file's scene and environment
+  static Written written(const SceneFile& file);
   struct Failed {
     SceneFile file;
-    std::filesystem::file_time_type written;
+    Written written;
     Error why;
   };
   const Open* held(const SceneFile& file);
   Open read(const SceneFile& file);
   bool has_failed(const SceneFile& file) const;
-  void load(const SceneFile& file, std::filesystem::file_time_type since,
-            const std::function<Open()>& work);
+  void load(const SceneFile& file, Written since, const std::function<Open()>& work);
   void collect();
 
   std::atomic<bool> rays_ = false;
@@ -64,8 +66,7 @@ class OpenScenes {
   std::optional<Open> next_;               // loaded, and not yet drawn with
   std::optional<Failed> failed_;
   SceneFile under_way_;  // of loading_, and
-  std::filesystem::file_time_type
-      since_;  // when its file was written, as far as was known at its start
+  Written since_;        // when its file was written, as far as was known at its start
   std::future<Open> loading_;
 };
 

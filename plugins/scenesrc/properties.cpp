@@ -103,6 +103,23 @@ constexpr Property<S> table[] = {
         "brightness and colour do not.",
         "light changes as in lamp intensity=0.5 colour=1,0.8,0.6; 2 move=0,-0.2,0 turn=0,90,0 "
         "size=2, with finite numbers and no factor below 0"),
+    property<&S::environment>("environment", "Environment",
+                              "Path of a picture of the light from all around: a Radiance .hdr "
+                              "file, or a PNG or JPEG file, equirectangular. "
+                              "It is seen where the scene ends, and lights it, in the place of "
+                              "assumed light. Empty: none. It comes as "
+                              "another scene does."),
+    property<&S::environment_turn>(
+        "environment-turn", "Environment turn",
+        "By how much the environment is turned about the y axis, counter-clockwise seen from "
+        "above, degrees, -360 "
+        "to 360; at 0 the picture's middle is at +x. It comes as another scene does.",
+        -360.0, 360.0),
+    property<&S::environment_intensity>(
+        "environment-intensity", "Environment intensity",
+        "Factor on the environment's brightness, 0 to 1000. In a scene without other "
+        "light a change costs one new picture.",
+        0.0, 1000.0),
     property<&S::light_intensity>(
         "light-intensity", "Light intensity",
         "Factor on the brightness of all lights, 0 to 100. A change costs one new picture.", 0.0,

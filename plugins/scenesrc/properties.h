@@ -22,9 +22,12 @@ enum class Refinement { automatic, always, never };
 /// Metres, degrees, and degrees per second of stream time.
 struct SceneSettings : ViewportSettings {
   std::string scene;
-  std::uint64_t scene_choice = 0;  // how often it has been set
-  std::string nodes;               // as parse_node_changes() takes it
-  std::string animation;           // as find_animation() takes it
+  std::string environment;
+  double environment_turn = 0.0;
+  std::uint64_t scene_choice = 0;  // how often one of these has been set
+  double environment_intensity = 1.0;
+  std::string nodes;      // as parse_node_changes() takes it
+  std::string animation;  // as find_animation() takes it
   bool animation_loop = true;
   std::string camera;
   ViewportPath path = ViewportPath::still;

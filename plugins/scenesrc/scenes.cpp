@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
-#include "builtin/room.h"
 #include "scene/assumed_light.h"
 #include "scene/changes/scene_changes.h"
 
@@ -25,8 +24,8 @@ std::filesystem::path cache_folder(const SceneSettings& settings) {
 }
 
 SceneAtRest read_scene(const SceneFile& file, const SceneSettings& settings) {
-  Scene scene = open_scene(file.name, cache_folder(settings));
-  const bool assumed = scene.lights.empty();
+  Scene scene = open_scene(file, cache_folder(settings));
+  const bool assumed = scene.lights.empty() && !scene.environment;
   if (assumed) assume_light(scene);  // of the file's poses: it stays where nodes move
   return {file, std::make_shared<const Scene>(std::move(scene)), assumed};
 }
@@ -63,7 +62,7 @@ std::unique_ptr<OpenedScene> opened_and_lit(const SceneAtRest& source, const Fou
                                             const std::atomic<bool>& stop) {
   auto out = opened(source, found, settings);
   const Stopwatch watch;
-  out->background->prepare(out->lights_by(settings).lights, light_factor(settings, out->assumed),
+  out->background->prepare(out->lights_by(settings).lights, out->sky_by(settings),
                            settings.live ? std::max(pool_threads() / 2, 1) : 0, stop);
   out->light_ms = watch.milliseconds();
   return out;
@@ -84,10 +83,16 @@ bool differs(const OpenedScene& shown, const Scene& posed) {
 
 }  // namespace
 
+SceneFile Scenes::file_of(const SceneSettings& settings) {
+  SceneFile file = versions_.of(settings.scene);
+  file.environment = versions_.environment(settings.environment, settings.environment_turn);
+  return file;
+}
+
 void Scenes::open(const SceneSettings& settings) {
   close();
   choice_ = settings.scene_choice;
-  const SceneAtRest source = read_scene(versions_.of(settings.scene), settings);
+  const SceneAtRest source = read_scene(file_of(settings), settings);
   shown_ = opened(source, scene_pose(settings, *source.rest, 0.0), settings);
 }
 
@@ -138,9 +143,14 @@ bool Scenes::make_ready(const SceneSettings& settings, const SceneWish& wish) {
 bool Scenes::follow_file(const SceneSettings& settings, const SceneWish& wish) {
   if (settings.scene_choice != choice_) {
     choice_ = settings.scene_choice;
-    latest_ = versions_.of(settings.scene);
+    latest_ = file_of(settings);
   }
-  if (latest_) wanted_ = std::exchange(latest_, std::nullopt);
+  // Turns of the environment that come faster than they are lit do not hold each other up: one is shown, then the latest.
+  const bool on_the_way = wish.live && wanted_ && latest_ && wanted_->name == latest_->name &&
+                          wanted_->version == latest_->version &&
+                          wanted_->environment.name == latest_->environment.name &&
+                          wanted_->environment.version == latest_->environment.version;
+  if (latest_ && !on_the_way) wanted_ = std::exchange(latest_, std::nullopt);
   if (wanted_ && *wanted_ == shown_->file) wanted_.reset();
   if (!wanted_) return false;
   const bool followed = !wish.live || wish.followed(*wanted_);

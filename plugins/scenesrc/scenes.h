@@ -45,6 +45,11 @@ struct OpenedScene : SceneAtRest {
   SceneLights lights_by(const SceneSettings& settings) const {
     return scene_lights(settings, file.name, bounds, lights, assumed);
   }
+  /// By what its sky is to be brighter.
+  float sky_by(const SceneSettings& settings) const {
+    const double own = file.environment.name.empty() ? 1.0 : settings.environment_intensity;
+    return light_factor(settings, assumed) * static_cast<float>(own);
+  }
 };
 
 /// Who wants a scene.
@@ -77,6 +82,7 @@ class Scenes {
   bool follow(const SceneSettings& settings, const SceneWish& wish);
 
  private:
+  SceneFile file_of(const SceneSettings& settings);
   bool follow_file(const SceneSettings& settings, const SceneWish& wish);
   bool follow_pose(const SceneSettings& settings, const SceneWish& wish);
   bool make_ready(const SceneSettings& settings, const SceneWish& wish);

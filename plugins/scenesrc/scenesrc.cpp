@@ -46,7 +46,7 @@ struct SceneSrc : FrameSource {
   void property_set(gpointer object, std::string_view name) {
     if (name == "is-live")
       gst_base_src_set_live(GST_BASE_SRC(object), snapshot(object, settings).live);
-    if (name == "scene") {
+    if (name == "scene" || name == "environment" || name == "environment-turn") {
       const ObjectLock lock(object);
       ++settings.scene_choice;
     }

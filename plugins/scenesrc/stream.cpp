@@ -68,7 +68,7 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
   const Background::Work work = background.update(
       camera_, lights.lights,
       shown.exposure * static_cast<float>(std::exp2(settings.exposure_compensation)),
-      light_factor(settings, shown.assumed));
+      shown.sky_by(settings));
   const bool other = std::exchange(other_scene_, false);
   if (shown.light_ms) return Background::Work::lit;
   // The picture is not the last one that was sent.
@@ -164,6 +164,7 @@ GstEvent* SceneStream::take_announcement() {
   Announcement announcement = scenes_.shown().background->announcement();
   announcement.scene_version = scenes_.shown().file.version;
   announcement.pose = scenes_.shown().found.pose;
+  announcement.environment = scenes_.shown().file.environment;
   announcement.aperture = aperture_;
   announcement.focus_distance = focus_distance_;
   std::string json = announcement_to_json(announcement);

@@ -7,8 +7,8 @@
 #include "base/error.h"
 #include "builtin/room.h"
 #include "raytrace/ray_caster.h"
+#include "scene/changes/scene_changes.h"
 #include "scene/scene.h"
-#include "scene/scene_changes.h"
 
 namespace polyhull {
 namespace {
@@ -28,7 +28,7 @@ std::string through_the_doorway(const Scene& scene) {
 TEST(Apartment, TheDoorOpensAndThereIsACorridor) {
   Scene scene = open_scene("builtin:apartment");
   EXPECT_EQ(through_the_doorway(scene), "door");
-  EXPECT_EQ(change_nodes(parse_node_changes("door turn=0,105,0"), scene), "");
+  EXPECT_EQ(pose_scene({.nodes = "door turn=0,105,0"}, scene), "");
   EXPECT_EQ(through_the_doorway(scene), "corridor wall");
 }
 

@@ -87,6 +87,7 @@ void MirrorPass::draw(const PassInput& in, const SeenMirror& seen, GLuint backgr
   const Vec3f sky = glm::min(in.frame.sky * in.frame.exposure, Vec3f(1.0f));
   glClearColor(sky.x, sky.y, sky.z, 0.0f);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  environment_.draw(in, in.plan.clip_from_scene * seen.turned);
   scene_.use();
   scene_.set("clip_from_scene", mirrored);
   scene_.set("clip_from_scene_direct", direct);

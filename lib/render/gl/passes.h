@@ -205,6 +205,21 @@ class DepthPicturePass {
   std::shared_ptr<const DepthPicture> shown_;
 };
 
+/// What is seen of the environment of the frame's scene, where it has one.
+class EnvironmentPass {
+ public:
+  /// Puts it into the bound framebuffer, as \p clip_from_scene sees it.
+  void draw(const PassInput& in, const Mat4& clip_from_scene);
+
+ private:
+  void upload(const std::shared_ptr<const Environment>& environment);
+
+  gl::Program program_;
+  gl::Texture texture_;
+  gl::VertexArray nothing_;
+  std::shared_ptr<const Environment> shown_;
+};
+
 /// The subjects' image in one of the plan's mirrors, and what the mirror showed there.
 class MirrorPass {
  public:
@@ -217,6 +232,7 @@ class MirrorPass {
   void draw_image(const PassInput& in, const SeenMirror& seen);
 
   gl::Program clipped_depth_, scene_;
+  EnvironmentPass environment_;
   MirrorStencil stencil_;
   SkinPrograms skin_;
   gl::EdgeLayer image_;

@@ -52,6 +52,14 @@ Vec3f MirrorView::share(int x, int y) const {
   return share;
 }
 
+/// The direction in which the mirrors send what is seen at pixel (x, y).
+Vec3f MirrorView::mirrored_way(int x, int y) const {
+  Vec3f way = rays_.at(x, y);
+  // As the mirrors seem to stand, the last one comes first.
+  for (std::size_t i = surfaces_.size(); i-- > 0;) way = glm::reflect(way, surfaces_[i].normal);
+  return way;
+}
+
 /// What the background has at \p point. \p way to it: whether that is known, and something stands in it.
 Vec3f MirrorView::looked_up(const Vec3f& point, std::uint8_t& way, bool& found) const {
   constexpr std::uint8_t open = 1, blocked = 2;
@@ -91,7 +99,9 @@ Vec3f MirrorView::looked_up(const Vec3f& point, std::uint8_t& way, bool& found) 
 
 Vec3f MirrorView::shown(int x, int y) const {
   const RayHit hit = mirrored_.hit(x, y);
-  if (!hit.hit()) return glm::min(frame_.sky * frame_.exposure, Vec3f(1.0f));
+  if (!hit.hit())
+    return glm::min(sky_radiance(*frame_.scene, frame_.sky, mirrored_way(x, y)) * frame_.exposure,
+                    Vec3f(1.0f));
   Ray ray;
   ray.origin = mirrored_eye_;
   ray.direction = Vec3f(0.0f);

@@ -37,6 +37,7 @@ class MirrorView {
   bool only_mirrors() const { return only_mirrors_; }
 
  private:
+  Vec3f mirrored_way(int x, int y) const;
   Vec3f looked_up(const Vec3f& point, std::uint8_t& way, bool& found) const;
 
   const RenderFrame& frame_;

@@ -7,6 +7,8 @@
 
 #include "base/thread_pool.h"
 #include "builtin/room.h"
+#include "environment/environment.h"
+#include "scene/assumed_light.h"
 
 namespace polyhull::element {
 namespace {
@@ -30,6 +32,19 @@ SceneFile SceneVersions::of(const std::string& path) {
   return {name, seen.version};
 }
 
+EnvironmentFile SceneVersions::environment(const std::string& path, double turn) {
+  if (path.empty()) return {};
+  const SceneFile file = of(path);
+  return {file.name, file.version, turn};
+}
+
+Scene open_scene(const SceneFile& file, const std::filesystem::path& folder) {
+  Scene scene = polyhull::open_scene(file.name, folder);
+  if (!file.environment.name.empty())
+    set_environment(load_environment(file.environment.name, file.environment.turn), scene);
+  return scene;
+}
+
 void give_way() {
   setpriority(PRIO_PROCESS, 0, niceness);  // on Linux of the thread alone
 }
@@ -38,6 +53,10 @@ bool followers_ready(GstPad* pad, const SceneFile& file) {
   GstQuery* query = gst_query_new_custom(
       GST_QUERY_CUSTOM, gst_structure_new(query_name, "scene", G_TYPE_STRING, file.name.c_str(),
                                           "version", G_TYPE_INT, file.version, nullptr));
+  if (const EnvironmentFile& around = file.environment; !around.name.empty())
+    gst_structure_set(gst_query_writable_structure(query), "environment", G_TYPE_STRING,
+                      around.name.c_str(), "environment-version", G_TYPE_INT, around.version,
+                      "environment-turn", G_TYPE_DOUBLE, around.turn, nullptr);
   gboolean ready = TRUE;
   if (gst_pad_peer_query(pad, query))
     gst_structure_get_boolean(gst_query_get_structure(query), "ready", &ready);
@@ -60,6 +79,11 @@ SceneFile scene_of(GstQuery* query) {
   const GstStructure* asked = gst_query_get_structure(query);
   SceneFile file{gst_structure_get_string(asked, "scene"), 0};
   gst_structure_get_int(asked, "version", &file.version);
+  if (const gchar* around = gst_structure_get_string(asked, "environment")) {
+    file.environment.name = around;
+    gst_structure_get_int(asked, "environment-version", &file.environment.version);
+    gst_structure_get_double(asked, "environment-turn", &file.environment.turn);
+  }
   return file;
 }
 

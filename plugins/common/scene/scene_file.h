@@ -5,8 +5,9 @@
 ///
 /// A scene that comes while playing would hold up the frame in which composite reads its file. So
 /// scenesrc, once it begins to load it, asks downstream with each frame by the custom query
-/// "polyhull-scene" (fields `scene`, a string, and `version`, an int), upon which composite loads it, too;
-/// the answer is the field `ready`, a boolean. Without an answer the scene is
+/// "polyhull-scene" (fields `scene`, a string, `version`, an int, and where there is an environment
+/// `environment`, a string, `environment-version`, an int, and `environment-turn`, a double), upon which
+/// composite loads it, too; the answer is the field `ready`, a boolean. Without an answer the scene is
 /// shown as soon as scenesrc has it.
 #pragma once
 
@@ -19,14 +20,21 @@
 #include <string>
 #include <utility>
 
+#include "scene/announcement.h"
+#include "scene/scene.h"
+
 namespace polyhull::element {
 
-/// As Announcement::scene and Announcement::scene_version.
+/// As Announcement::scene, scene_version and environment.
 struct SceneFile {
   std::string name;
   int version = 0;
+  EnvironmentFile environment = {};
   bool operator==(const SceneFile&) const = default;
 };
+
+/// Reads \p file, as open_scene(), with its environment but its nodes where they are. Throws Error.
+Scene open_scene(const SceneFile& file, const std::filesystem::path& folder = {});
 
 /// Tells files that were written anew from those that were not. For one thread.
 class SceneVersions {
@@ -34,6 +42,8 @@ class SceneVersions {
   /// The file at \p path as it is now, named by its absolute path as load_scene() does; empty: the
   /// built-in room. One that is gone counts as unchanged.
   SceneFile of(const std::string& path);
+  /// The same of an environment picture; empty: none.
+  EnvironmentFile environment(const std::string& path, double turn);
 
  private:
   struct Seen {
