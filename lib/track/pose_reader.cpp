@@ -73,10 +73,13 @@ std::uint64_t PoseReader::late() const {
   return sum;
 }
 
-/// Adds what the lens file tells for \p encoders.
+/// Adds what the lens file tells for \p encoders; without one they tell nothing of the lens.
 void PoseReader::add_lens_at(const LensEncoders& encoders, const PoseReaderSettings& settings,
                              bool is_at_pupil, TrackedPose& pose) {
-  if (!settings.lens) return;
+  if (!settings.lens) {
+    if (!pose.focal_length_mm) unused_zoom_ = encoders.zoom;
+    return;
+  }
   const LensState lens = settings.lens->at(encoders);
   lens_outside_ = lens.outside;
   lens_blind_ = lens.blind;
@@ -91,9 +94,9 @@ TrackedPose PoseReader::sample_pose(const OpenTrackIOBytes& sample, const std::s
   unread_ = std::move(read.unread);
   lens_unread_ = std::move(read.lens_unread);
   const bool told = !read.pose.distortion.empty();
-  if (settings.lens)
-    add_lens_at(settings.lens->is_normalised() ? read.encoders : read.raw_encoders, settings,
-                read.is_at_pupil, read.pose);
+  const bool normalised = settings.lens ? settings.lens->is_normalised() : !read.raw_encoders.zoom;
+  add_lens_at(normalised ? read.encoders : read.raw_encoders, settings, read.is_at_pupil,
+              read.pose);
   if (!told && !read.pose.distortion.empty()) lens_unread_.reset();  // the file's stands for it
   return std::move(read.pose);
 }
@@ -105,6 +108,7 @@ std::optional<TrackedPose> PoseReader::read(std::span<const std::uint8_t> packet
   unread_.clear();
   lens_unread_.reset();
   lens_outside_ = lens_blind_ = false;
+  unused_zoom_.reset();
   const TrackProtocol protocol =
       settings.protocol == TrackProtocol::automatic ? protocol_of(packet) : settings.protocol;
   if (protocol == TrackProtocol::freed) {

@@ -66,6 +66,9 @@ class PoseReader {
   bool lens_outside() const { return lens_outside_; }
   bool lens_blind() const { return lens_blind_; }
 
+  /// The zoom encoder of the last packet, whose pose has no focal length, where there is no lens file.
+  std::optional<double> unused_zoom() const { return unused_zoom_; }
+
   /// What of the last packet's pose was left out, and why (as in OpenTrackIOSample).
   const std::vector<std::string>& unread() const { return unread_; }
   const std::optional<std::string>& lens_unread() const { return lens_unread_; }
@@ -88,6 +91,7 @@ class PoseReader {
   std::vector<std::string> unread_;
   std::optional<std::string> lens_unread_;
   bool lens_outside_ = false, lens_blind_ = false;
+  std::optional<double> unused_zoom_;
   std::uint64_t packets_ = 0, polls_ = 0;
   std::uint64_t incomplete_ = 0, late_ = 0;  // of senders that are no longer kept
 };

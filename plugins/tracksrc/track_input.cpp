@@ -2,6 +2,7 @@
 #include "plugins/tracksrc/track_input.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "base/error.h"
@@ -161,6 +162,16 @@ void TrackInput::doubt_lens(const TrackedPose& pose, const TrackInputSettings& s
                       "file of values from 0 to 1 goes by lens.encoders, another by "
                       "lens.rawEncoders.",
                       settings.lens_file));
+  if (const auto zoom = reader_.unused_zoom()) {
+    const double first = lens_doubts_.first_zoom.value_or(*zoom);
+    lens_doubts_.first_zoom = first;
+    // Encoders that stand still shake by some counts.
+    if (std::abs(*zoom - first) > (std::max(first, *zoom) > 1.0 ? 16.0 : 0.01))
+      doubt("lenses-doubtful", lens_doubts_.zoom_unused,
+            "The zoom moves, and packets tell its encoder alone, so the field of view does not "
+            "follow it: set lens-file to what the lens does there, or zoom-is-focal-length where "
+            "FreeD's zoom is one.");
+  }
   if (!pose.focal_length_mm) return;
   const bool by_zoom = settings.zoom_is_focal_length && pose.source.starts_with("freed ");
   if (const auto why =

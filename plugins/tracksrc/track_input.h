@@ -66,6 +66,8 @@ class TrackInput {
   std::shared_ptr<const LensTable> lens_;
   struct LensDoubts {
     bool outside = false, blind = false, implausible = false, no_sensor = false;
+    bool zoom_unused = false;
+    std::optional<double> first_zoom;  // of encoders that nothing reads
   };
   LensDoubts lens_doubts_;  // that were said
   Track track_{{}};

@@ -113,6 +113,23 @@ GST_START_TEST(test_implausible_focal_lengths) {
 }
 GST_END_TEST
 
+// A zoom that moves without anything that says what the lens does there, once; an encoder that stands and
+// shakes by some counts is none.
+GST_START_TEST(test_a_zoom_that_nothing_follows) {
+  Bench bench("port=0");
+  const auto at = [&](guint64 i, unsigned zoom) {
+    bench.at((10 + i) * ms, freed(1, {0, 0, 0}, {0, 0, 0}, zoom, 0));
+  };
+  for (guint64 i = 0; i < 3; ++i) at(i, 5000 + 7 * (i % 2));
+  fail_unless_equals_uint64(statistic(bench.element, "lenses-doubtful"), 0);
+  for (guint64 i = 3; i < 6; ++i) at(i, 6000);
+  fail_unless_equals_uint64(statistic(bench.element, "lenses-doubtful"), 3);
+  const auto said = warnings_on(bench.bus);
+  fail_unless_equals_int(said.size(), 1);
+  expect_in(said[0], {"zoom moves", "lens-file", "zoom-is-focal-length"});
+}
+GST_END_TEST
+
 GST_START_TEST(test_lens_file) {
   std::ofstream(path("lens.csv")) << "Zoom,Focal length (mm),k1,Entrance pupil (mm)\n"
                                      "0,10,-0.1,100\n1000,30,0.1,300\n"
@@ -168,6 +185,7 @@ static Suite* tracksrc_freed_suite() {
   tcase_add_test(tests, test_messages_quote_in_utf8);
   tcase_add_test(tests, test_several_packets_in_a_datagram);
   tcase_add_test(tests, test_implausible_focal_lengths);
+  tcase_add_test(tests, test_a_zoom_that_nothing_follows);
   tcase_add_test(tests, test_lens_file);
   tcase_add_test(tests, test_lens_file_without_a_sensor);
   return suite;
