@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
 #include <utility>
 
 #include "builtin/room.h"
@@ -153,10 +154,10 @@ class Apartment {
       const auto same = std::find_if(scene_.nodes.begin(), scene_.nodes.end(),
                                      [&](const SceneNode& node) { return node.name == mesh.name; });
       mesh.node = static_cast<int>(same - scene_.nodes.begin());
-      if (same == scene_.nodes.end()) scene_.nodes.push_back({mesh.name, -1, Vec3f(0.0f)});
+      if (same == scene_.nodes.end()) scene_.nodes.push_back({mesh.name, -1, Mat4(1.0)});
       if (mesh.name == "door")
-        scene_.nodes[static_cast<std::size_t>(mesh.node)].origin = {-room_half - thick, 0,
-                                                                    door_left};
+        scene_.nodes[static_cast<std::size_t>(mesh.node)].to_world =
+            glm::translate(Mat4(1.0), Vec3{-room_half - thick, 0, door_left});
     }
     for (Light& light : scene_.lights)
       light.node = scene_.meshes[static_cast<std::size_t>(light.mesh)].node;
