@@ -158,10 +158,10 @@ class FileSubject : public Subject {
     if (reader.Warning().find("aterial") == std::string::npos) return;
     std::string lines = reader.Warning();
     std::replace(lines.begin(), lines.end(), '\n', ' ');
-    add_warning(
-        fmt::format("Subject '{}': the colours of materials are missing, a pattern stands for them "
-                    "({}). Put the .mtl file that its line mtllib names beside it.",
-                    path, lines.substr(0, lines.find_last_not_of(' ') + 1)));
+    add_warning(fmt::format(
+        "Subject '{}': colours of materials are missing, so that those of vertices or a "
+        "pattern stand for them ({}). Put the .mtl file that its line mtllib names beside it.",
+        path, lines.substr(0, lines.find_last_not_of(' ') + 1)));
   }
 
   void place(const std::string& path, double height) {

@@ -158,18 +158,17 @@ FrameView frame_template(const GstCaps* caps, const GstVideoInfo& info) {
 void warn_of_wide_colours(GstElement* element, Statistics& statistics, const GstVideoInfo& info) {
   const GstVideoColorimetry& colour = GST_VIDEO_INFO_COLORIMETRY(&info);
   const char* what =
-      colour.transfer == GST_VIDEO_TRANSFER_ARIB_STD_B67     ? "of high dynamic range (HLG)"
-      : colour.transfer == GST_VIDEO_TRANSFER_SMPTE2084      ? "of high dynamic range (PQ)"
-      : colour.primaries == GST_VIDEO_COLOR_PRIMARIES_BT2020 ? "of the primaries of BT.2020"
+      colour.transfer == GST_VIDEO_TRANSFER_ARIB_STD_B67     ? "is of high dynamic range (HLG)"
+      : colour.transfer == GST_VIDEO_TRANSFER_SMPTE2084      ? "is of high dynamic range (PQ)"
+      : colour.primaries == GST_VIDEO_COLOR_PRIMARIES_BT2020 ? "has the primaries of BT.2020"
                                                              : nullptr;
   if (what == nullptr) return;
   statistics.warn(
       element, "colours-unconverted",
-      fmt::format(
-          "The video is {}, and its colours are taken for those of BT.709, so they are pale "
-          "or dark beside others. Record without (phones: switch HDR off), or convert the "
-          "recording to BT.709 first, with a program that maps tones.",
-          what));
+      fmt::format("The video {}, and its colours are taken for those of BT.709, so they are pale "
+                  "or dark beside others. Record without (phones: switch HDR off), or convert the "
+                  "recording to BT.709 first, with a program that maps tones.",
+                  what));
 }
 
 FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame) {

@@ -91,8 +91,7 @@ void note_fisheye(const Camera& camera, const OpenCvFile& file, const Options& o
   options.note(fmt::format(
       "{}: of its four distortion coefficients the last two, {:g} and {:g}, are taken for p1 and "
       "p2, and {}. A fisheye calibration (cv::fisheye) writes four, too: if it is one, undistort "
-      "the "
-      "pictures first and calibrate these",
+      "the pictures first and calibrate these",
       file.path(), k[2], k[3],
       file.has("DIM") ? "the size is called DIM, as beside a fisheye's K and D"
                       : "few lenses have such large ones"));
