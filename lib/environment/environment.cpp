@@ -77,12 +77,13 @@ void check_radiance(const RadiancePicture& picture, const std::string& name) {
               brightest);
 }
 
-/// The sums of \p weights up to each, the whole 1; all 0 where there is none.
-void sum_up(std::vector<double>& weights) {
+/// The sums of \p weights up to each, over the sum of all, which it returns; all 0 where there is none.
+double sum_up(std::vector<double>& weights) {
   double sum = 0.0;
   for (double& weight : weights) sum = weight += sum;
   if (sum > 0.0)
     for (double& weight : weights) weight /= sum;
+  return sum;
 }
 
 /// Which of \p sums, the last of which is 1, a number in [0, 1) falls into, where within it, and how likely that is.
@@ -193,13 +194,9 @@ void Environment::make_distribution() {
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x)
       row[x] = glm::dot(luminance, Vec3(lighting_.pixels[y * width + x]));
-    sum_up(row);
+    rows[y] = sum_up(row) * band(static_cast<double>(y) / lighting_.height,
+                                 static_cast<double>(y + 1) / lighting_.height);
     std::copy(row.begin(), row.end(), columns_.begin() + static_cast<std::ptrdiff_t>(y * width));
-    double sum = 0.0;
-    for (std::size_t x = 0; x < width; ++x)
-      sum += glm::dot(luminance, Vec3(lighting_.pixels[y * width + x]));
-    rows[y] = sum * band(static_cast<double>(y) / lighting_.height,
-                         static_cast<double>(y + 1) / lighting_.height);
   }
   sum_up(rows);
   rows_.assign(rows.begin(), rows.end());

@@ -54,11 +54,12 @@ class Environment {
   /// integral of the radiance.
   EnvironmentSample sample(const Vec2f& square) const;
 
-  /// Of a surface with unit normal \p normal that sees all of the half space before it. Within a thousandth of the
-  /// brightest surface's.
+  /// Of a surface with unit normal \p normal that sees all of the half space before it. Within a thousandth, but
+  /// where a sun grazes the surface within a hundredth of what it gives one that faces it.
   Vec3f irradiance(const Vec3f& normal) const;
 
-  /// At most \p count parts that together give what all of it gives, those that were cut last last. Cut again and
+  /// At most \p count parts (or three) that together give what all of it gives. What is far brighter than the
+  /// mean is cut apart from the rest, and of that what is above the horizon from what is below; then again and
   /// again, each time where the variance of the directions in which light comes becomes least (Viriyothai and Debevec, "Variance
   /// Minimization Light Probe Sampling", SIGGRAPH 2009 posters): a sun stays whole.
   std::vector<EnvironmentPart> parts(std::size_t count) const;
