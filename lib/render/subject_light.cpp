@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "base/thread_pool.h"
 #include "raytrace/sampling.h"
@@ -26,10 +27,10 @@ const Vec3f stage_middle(0.0f, 1.0f, 0.0f);
 class Irradiance {
  public:
   /// \p bodies: places within bodies count as the nearest ones out of them.
-  Irradiance(const RenderFrame& frame, const TracedScene& scene, bool bodies)
-      : frame_(frame), scene_(scene), bodies_(bodies) {
-    if (!scene.scene().environment) sky_ = frame.sky;  // which has lights in the frame's
-    for (const Light& light : frame.lights)
+  Irradiance(std::span<const Light> lights, const Vec3f& sky, const TracedScene& scene, bool bodies)
+      : lights_(lights), scene_(scene), bodies_(bodies) {
+    if (!scene.scene().environment) sky_ = sky;  // which has lights of its own
+    for (const Light& light : lights)
       powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) + light_strength(light));
   }
 
@@ -118,13 +119,13 @@ class Irradiance {
       scattered *= (Vec3f(1.0f) - fresnel(at.material->f0(), -glm::dot(direction, at.normal))) *
                    (1.0f - at.material->metallic);
     return out + scattered / share *
-                     light_sample(scene_, frame_.lights[chosen], sample_point(number, 3u),
+                     light_sample(scene_, lights_[chosen], sample_point(number, 3u),
                                   at.point + scene_.epsilon() * at.geometric, at.normal);
   }
 
   Arriving with_direct(const Vec3f& point, const Around& around) const {
     Arriving out{Vec3f(0.0f), around.moments, {}};
-    for (const Light& light : frame_.lights) {
+    for (const Light& light : lights_) {
       Given given = from(light, point, 4);
       // Where some of its places are hidden, more are asked.
       if (given.hidden != 0 && given.hidden != given.places) given = from(light, point, 8);
@@ -167,7 +168,7 @@ class Irradiance {
     return out;
   }
 
-  const RenderFrame& frame_;
+  const std::span<const Light> lights_;
   const TracedScene& scene_;
   const bool bodies_;
   Vec3f sky_{0.0f};
@@ -179,6 +180,21 @@ class Irradiance {
 thread_local std::vector<Ray> Irradiance::rays_;
 thread_local std::vector<RayHit> Irradiance::hits_;
 thread_local std::vector<std::uint8_t> Irradiance::blocked_;
+
+/// The frame's lights, as bright as the scene has them.
+std::vector<Light> own_lights(const RenderFrame& frame) {
+  std::vector<Light> out = frame.lights;
+  const std::vector<Light>& scene = frame.scene->lights;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (i < scene.size()) {
+      out[i] = scene[i];
+    } else if (frame.scene->environment) {
+      for (int c = 0; c < 3; ++c)
+        if (frame.sky[c] > 0.0f) out[i].radiance[c] *= frame.scene->sky[c] / frame.sky[c];
+    }
+  }
+  return out;
+}
 
 /// Nodes lie at the middles of cells, so that none is in a floor at a round height.
 Vec3f place_of(int x, int y, int z, float cell) {
@@ -205,10 +221,17 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
     sky_ = frame.sky;
     nodes_.clear();
     lattices_.clear();
-    const Irradiance irradiance(frame, scene, false);
+    const Irradiance irradiance(frame.lights, frame.sky, scene, false);
     bodies_ = !irradiance.within(stage_middle);
-    rest_ = glm::max(frame.ambient - irradiance.indirect(stage_middle), Vec3f(0.0f));
+    const Vec3f indirect = irradiance.indirect(stage_middle);
+    rest_ = glm::max(frame.ambient - indirect, Vec3f(0.0f));
     stage_ = irradiance.at(stage_middle).mean + rest_;
+    const std::vector<Light> own = own_lights(frame);
+    const Irradiance before(own, frame.sky, scene, false);
+    const Vec3f lit = before.at(stage_middle).mean, scattered = before.indirect(stage_middle);
+    if (std::max({lit.x, lit.y, lit.z}) > 0.0f)
+      for (int c = 0; c < 3; ++c)
+        stage_[c] = lit[c] + rest_[c] * (indirect[c] > 0.0f ? scattered[c] / indirect[c] : 1.0f);
   }
   if (!(std::max({stage_.x, stage_.y, stage_.z}) > 0.0f)) return nullptr;
   const Part part = part_around(bounds_of(subject.points));
@@ -281,7 +304,7 @@ LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
           missing.push_back({x, y, z});
       }
   found_ = missing.size();
-  const Irradiance irradiance(frame, scene, bodies_);
+  const Irradiance irradiance(frame.lights, frame.sky, scene, bodies_);
   std::vector<Found> found(missing.size());
   parallel_for(missing.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

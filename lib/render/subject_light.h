@@ -4,7 +4,7 @@
 ///
 /// A subject's pictures hold the light of the studio, which is even and has shaded the body already. In
 /// the scene it is as much darker, lighter or more coloured as the scene's light is at its place:
-///   f(x) = Phi(x) / Phi(x_0), by channel, at most 4,
+///   f(x) = Phi(x) / Phi_0(x_0), by channel, at most 4,
 /// Phi the irradiance of a surface at x, averaged over all its orientations (a quarter of the fluence
 /// rate), so that f has no part in the body's own shading:
 ///   Phi(x) = sum over lights of mean over their places p of V(x, p) I(p, x) / (4 |x - p|^2)
@@ -12,7 +12,8 @@
 /// V 1 where nothing of the scene lies between and else 0, I what the light would send from p towards x
 /// (W/sr), L_1 what the surface seen from x scatters of the lights (one bounce, as scenesrc has it) or the
 /// sky, E_rest by how much the announced ambient light is more than the second term at x_0, and x_0 a metre
-/// above the scene's origin. Where nearly all that is seen from x are backs of surfaces, x lies within a body
+/// above the scene's origin. Phi_0 is Phi with the lights as bright as the scene's file has them, E_rest in
+/// proportion, so that who dims or colours a lamp does it to the subject, too. Where nearly all that is seen from x are backs of surfaces, x lies within a body
 /// (furniture), and the nearest place out of it counts.
 ///
 /// Phi is found at the nodes of a lattice that is fixed in the scene and kept there, so that a subject
@@ -41,7 +42,7 @@ class SubjectLight {
   std::shared_ptr<const LightLattice> around(const PlacedSubject& subject, const RenderFrame& frame,
                                              const TracedScene& scene);
 
-  /// Phi(x_0) of the last call.
+  /// Phi_0(x_0) of the last call.
   const Vec3f& stage() const { return stage_; }
 
   /// How many nodes the last call had to find.

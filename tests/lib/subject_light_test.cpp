@@ -107,6 +107,25 @@ struct Stage {
   }
 };
 
+// Who dims or colours the lamp does it to the subject, and to the light that comes with it.
+TEST(SubjectLight, FollowsTheLampsBrightness) {
+  const Vec3f lamp(0.0f, 3.0f, 0.0f);
+  Material grey;
+  grey.base_colour = Vec3f(0.5f);
+  Stage stage(floor_scene(grey, point_lamp(lamp, Vec3f(6.0f))), {-0.3f, 0.6f, -0.3f},
+              {0.3f, 1.4f, 0.3f});
+  stage.frame.ambient = Vec3f(1.0f);
+  const auto factor = [&] {
+    const auto lattice = stage.find();
+    return lattice->at((Vec3f(middle) - lattice->origin) / lattice->cell);
+  };
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(factor()[c], 1.0f, 0.02f);
+  const Vec3f dimmed(0.5f, 0.25f, 0.0f);
+  stage.frame.lights[0].radiance *= dimmed;
+  stage.frame.ambient *= dimmed;
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(factor()[c], dimmed[c], 0.02f) << c;
+}
+
 Scene lit_by_area(const Vec3f& centre) {
   Light lamp = point_lamp(centre, Vec3f(20.0f));
   lamp.u = {0.3f, 0, 0};
