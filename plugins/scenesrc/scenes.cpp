@@ -193,16 +193,14 @@ void Scenes::open_in(const FoundPose& found, const SceneSettings& settings) {
 }
 
 /// Lights the pose beside, and shows its light as soon as that is there, on what has moved on meanwhile.
-void Scenes::relight(const FoundPose& found, const SceneSettings& settings, const SceneWish& wish) {
+/// Throws Error where that cannot be.
+void Scenes::relight(const FoundPose& found, const SceneSettings& settings) {
   if (loading_.valid()) {
     if (!has_ended(loading_)) return;
     try {
       next_ = loading_.get();
     } catch (const std::exception& error) {
-      refused_ = found.pose;
-      wish.warn(fmt::format("The scene '{}' cannot be lit in its pose: {}", shown_->file.name,
-                            error.what()));
-      return;
+      throw Error(Error::Kind::unsupported, "{}", error.what());
     }
     if (next_->file == shown_->file) {
       shown_ = std::move(next_);
@@ -222,12 +220,12 @@ bool Scenes::follow_pose(const SceneSettings& settings, const SceneWish& wish) {
   if (refused_ == found.pose) return false;
   try {
     if (found != before && !move_to(found, wish.live) && !wish.live) open_in(found, settings);
-    if (wish.live && !wanted_) relight(found, settings, wish);
+    if (wish.live && !wanted_) relight(found, settings);
     refused_.reset();
   } catch (const Error& error) {
     refused_ = found.pose;
-    wish.warn(fmt::format("The scene cannot be shown in that pose, and the last one stays: {}",
-                          error.what()));
+    wish.warn(fmt::format(
+        "The scene cannot be shown or lit in that pose, and the last one stays: {}", error.what()));
   }
   const ScenePose& now = shown_->found.pose;
   return now.nodes != before.pose.nodes || now.animation != before.pose.animation ||

@@ -89,7 +89,7 @@ class Scenes {
   FoundPose found_pose(const SceneSettings& settings, double seconds) const;
   bool move_to(const FoundPose& found, bool live);
   void open_in(const FoundPose& found, const SceneSettings& settings);
-  void relight(const FoundPose& found, const SceneSettings& settings, const SceneWish& wish);
+  void relight(const FoundPose& found, const SceneSettings& settings);
 
   SceneVersions versions_;
   std::uint64_t choice_ = 0;         // SceneSettings::scene_choice that has been looked at

@@ -33,8 +33,9 @@ void SceneStream::close() {
 }
 
 bool SceneStream::follow_scene(const SceneSettings& settings, const SceneWish& wish) {
+  const OpenedScene* before = &scenes_.shown();
   const bool followed = scenes_.follow(settings, wish);
-  other_scene_ |= followed;
+  other_scene_ |= &scenes_.shown() != before;
   return followed;
 }
 

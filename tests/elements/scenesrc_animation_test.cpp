@@ -56,10 +56,17 @@ GST_START_TEST(animations_are_chosen) {
     fail_unless_equals_uint64(shown.count("light-fills"), 1);
     fail_unless(shown.said.empty());
   }
-  Shown once("animation=1 animation-loop=false num-buffers=13 scene=" + file);
+  Shown once("animation=1 animation-loop=false num-buffers=20 scene=" + file,
+             [](Shown& self, std::size_t number) {
+               if (number == 14) self.set("animation", "0");
+               if (number == 16) self.set("animation", "slide");
+             });
   once.wait_for_end();
   fail_unless(difference(once.frames.at(12), picture_at(0.4f)) <= 2);
   fail_unless(once.frames[12] == once.frames[11]);
+  // The pose before is there at once, and is the picture that is sent.
+  fail_unless(once.frames.at(15) == rest && once.frames.at(17) == once.frames[12]);
+  fail_unless_equals_uint64(once.count("light-fills"), 12);
   Shown none("num-buffers=6 scene=" + file, [](Shown& self, std::size_t number) {
     if (number == 2) self.set("animation", "jump");
   });
