@@ -52,9 +52,7 @@ class Loader {
     add_distant_lights();
     scene_.mirrors = find_mirrors(scene_);
     set_exposure();
-    if (!model_.animations.empty())
-      scene_.animations = std::make_shared<const std::vector<Animation>>(
-          read_animations(source_, animated_places_, left_out_));
+    if (!model_.animations.empty()) add_animations();
     scene_.left_out = left_out();
     return std::move(scene_);
   }
@@ -104,6 +102,18 @@ class Loader {
       add_light(model_.lights[which], node, to_world);
     }
     for (const int child : node.children) add_node(child, to_world, number, depth + 1);
+  }
+
+  void add_animations() {
+    scene_.animations = std::make_shared<const std::vector<Animation>>(
+        read_animations(source_, animated_places_, left_out_));
+    std::vector<bool> moves(scene_.nodes.size());
+    for (const Animation& animation : *scene_.animations)
+      for (const NodeMotion& motion : animation.motions) moves[motion.node] = true;
+    for (std::size_t n = 0; n < moves.size(); ++n)
+      if (scene_.nodes[n].parent >= 0 && moves[scene_.nodes[n].parent]) moves[n] = true;
+    if (std::any_of(camera_nodes_.begin(), camera_nodes_.end(), [&](int n) { return moves[n]; }))
+      left_out_.insert("animations of cameras (they stay where the file has them)");
   }
 
   /// Where the animations find the node. What has been flattened cannot be brought back.
@@ -343,6 +353,7 @@ class Loader {
     const Vec3 forward = -Vec3(to_world[2]);
     Camera camera = look_at(eye, eye + forward, glm::degrees(fov), camera_width, camera_height,
                             Vec3(to_world[1]));
+    camera_nodes_.push_back(static_cast<int>(scene_.nodes.size()) - 1);
     camera.name = camera_name(!node.name.empty() ? node.name : in.name, node.camera);
     scene_.cameras.push_back(std::move(camera));
   }
@@ -383,6 +394,7 @@ class Loader {
   std::set<std::string> left_out_;
   int default_material_ = 0;
   std::vector<int> roots_;
+  std::vector<int> camera_nodes_;            // in Scene::nodes
   std::multimap<int, int> animated_places_;  // the file's nodes in Scene::nodes
   std::size_t nodes_visited_ = 0;
   std::size_t charged_ = 0;

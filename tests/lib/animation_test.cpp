@@ -102,6 +102,8 @@ class AnimatedFile : public SceneFile {
     scene.meshes = {parallelogram("floor", 0, {-4, 0, 4}, {8, 0, 0}, {0, 0, -8}),
                     box("box", 0, {1.5f, 0, -0.5f}, {2.5f, 1, 0.5f}),
                     parallelogram("lamp", 1, {-0.5f, 3, -0.5f}, {1, 0, 0}, {0, 0, 1})};
+    scene.cameras = {look_at({0, 2, 5}, {0, 0, 0}, 40, 1280, 720)};
+    scene.cameras[0].name = "eye";
     const std::string path = (folder_ / "box.glb").string();
     save_scene(scene, path);
     return path;
@@ -195,6 +197,11 @@ TEST_F(AnimatedFile, WhatIsBrokenIsRefused) {
 TEST_F(AnimatedFile, WhatIsNotDoneIsSaid) {
   const std::string path = with({"box", "weights", {0, 1}, {0, 1}});
   EXPECT_EQ(load_scene(path).left_out, "animated morphs");
+  const std::string eye = with({"eye", "translation", {0, 1}, {0, 0, 0, 1, 0, 0}});
+  test::change_json(eye, [](json& root) {
+    for (json& node : root["nodes"]) node.erase("matrix");
+  });
+  EXPECT_TRUE(contains(load_scene(eye).left_out, "animations of cameras"));
   const auto said = [&](const char* part, const json& value) {
     const std::string of = with(spin("box"));
     test::change_json(of, [&](json& root) { root["nodes"][1][part] = value; });
