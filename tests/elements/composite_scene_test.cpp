@@ -294,7 +294,7 @@ GST_START_TEST(mirrors_are_chosen_by_name) {
   const Folder folder;
   Scene room = synthetic::small_room(true);
   fail_unless_equals_int(room.mirrors.size(), 1);
-  room.meshes[static_cast<std::size_t>(room.mirrors[0].mesh)].name = "wet floor";
+  room.meshes[static_cast<std::size_t>(room.mirrors[0].meshes[0])].name = "wet floor";
   save_scene(room, folder.scene("room.glb"));
   Announced bench;
   const auto mirrors = [&](const char* choice) {
