@@ -92,6 +92,9 @@ struct RenderFrame {
   std::vector<Light> lights;
   /// By Scene::mirrors: which are to show nobody; none: all may show somebody.
   std::vector<bool> mirrors_left_out;
+  /// The same and the sky as bright as the scene's file has them: Announcement::undimmed.
+  std::vector<Light> undimmed;
+  std::optional<Vec3f> undimmed_sky;
   float exposure = 1.0f;  ///< as Scene::exposure
   Vec3f ambient{0.0f};    ///< as Announcement::ambient
   Vec3f sky{0.0f};        ///< as Announcement::sky

@@ -30,8 +30,12 @@ class Irradiance {
   Irradiance(std::span<const Light> lights, const Vec3f& sky, const TracedScene& scene, bool bodies)
       : lights_(lights), scene_(scene), bodies_(bodies) {
     if (!scene.scene().environment) sky_ = sky;  // which has lights of its own
-    for (const Light& light : lights)
-      powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) + light_strength(light));
+    // Those far away are as strong as they are felt here.
+    for (const Light& light : lights) {
+      const Vec3f way = light.centre - stage_middle;
+      powers_.push_back((powers_.empty() ? 0.0f : powers_.back()) +
+                        light_strength(light) / std::max(glm::dot(way, way), 1.0f));
+    }
   }
 
   /// What surfaces and the sky give there.
@@ -172,7 +176,7 @@ class Irradiance {
   const TracedScene& scene_;
   const bool bodies_;
   Vec3f sky_{0.0f};
-  std::vector<float> powers_;  // of the lights up to each
+  std::vector<float> powers_;  // at the stage, of the lights up to each
   static thread_local std::vector<Ray> rays_;
   static thread_local std::vector<RayHit> hits_;
   static thread_local std::vector<std::uint8_t> blocked_;
@@ -180,21 +184,6 @@ class Irradiance {
 thread_local std::vector<Ray> Irradiance::rays_;
 thread_local std::vector<RayHit> Irradiance::hits_;
 thread_local std::vector<std::uint8_t> Irradiance::blocked_;
-
-/// The frame's lights, as bright as the scene has them.
-std::vector<Light> own_lights(const RenderFrame& frame) {
-  std::vector<Light> out = frame.lights;
-  const std::vector<Light>& scene = frame.scene->lights;
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (i < scene.size()) {
-      out[i] = scene[i];
-    } else if (frame.scene->environment) {
-      for (int c = 0; c < 3; ++c)
-        if (frame.sky[c] > 0.0f) out[i].radiance[c] *= frame.scene->sky[c] / frame.sky[c];
-    }
-  }
-  return out;
-}
 
 /// Nodes lie at the middles of cells, so that none is in a floor at a round height.
 Vec3f place_of(int x, int y, int z, float cell) {
@@ -214,11 +203,13 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
                                                          const TracedScene& scene) {
   found_ = 0;
   if (scene_ != frame.scene || lights_ != frame.lights || ambient_ != frame.ambient ||
-      sky_ != frame.sky) {
+      sky_ != frame.sky || undimmed_ != frame.undimmed || undimmed_sky_ != frame.undimmed_sky) {
     scene_ = frame.scene;
     lights_ = frame.lights;
     ambient_ = frame.ambient;
     sky_ = frame.sky;
+    undimmed_ = frame.undimmed;
+    undimmed_sky_ = frame.undimmed_sky;
     nodes_.clear();
     lattices_.clear();
     const Irradiance irradiance(frame.lights, frame.sky, scene, false);
@@ -226,8 +217,8 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
     const Vec3f indirect = irradiance.indirect(stage_middle);
     rest_ = glm::max(frame.ambient - indirect, Vec3f(0.0f));
     stage_ = irradiance.at(stage_middle).mean + rest_;
-    const std::vector<Light> own = own_lights(frame);
-    const Irradiance before(own, frame.sky, scene, false);
+    const Irradiance before(frame.undimmed.empty() ? frame.lights : frame.undimmed,
+                            frame.undimmed_sky.value_or(frame.sky), scene, false);
     const Vec3f lit = before.at(stage_middle).mean, scattered = before.indirect(stage_middle);
     if (std::max({lit.x, lit.y, lit.z}) > 0.0f)
       for (int c = 0; c < 3; ++c)

@@ -12,8 +12,8 @@
 /// V 1 where nothing of the scene lies between and else 0, I what the light would send from p towards x
 /// (W/sr), L_1 what the surface seen from x scatters of the lights (one bounce, as scenesrc has it) or the
 /// sky, E_rest by how much the announced ambient light is more than the second term at x_0, and x_0 a metre
-/// above the scene's origin. Phi_0 is Phi with the lights as bright as the scene's file has them, E_rest in
-/// proportion, so that who dims or colours a lamp does it to the subject, too. Where nearly all that is seen from x are backs of surfaces, x lies within a body
+/// above the scene's origin. Phi_0 is Phi with the lights undimmed (RenderFrame::undimmed), E_rest in
+/// proportion to the second term, so that who dims or colours a lamp does it to the subject, too. Where nearly all that is seen from x are backs of surfaces, x lies within a body
 /// (furniture), and the nearest place out of it counts.
 ///
 /// Phi is found at the nodes of a lattice that is fixed in the scene and kept there, so that a subject
@@ -69,11 +69,12 @@ class SubjectLight {
   LightLattice lattice(const Part& part, const RenderFrame& frame, const TracedScene& scene);
 
   std::shared_ptr<const Scene> scene_;
-  std::vector<Light> lights_;
+  std::vector<Light> lights_, undimmed_;
   Vec3f ambient_{0.0f}, sky_{0.0f};
+  std::optional<Vec3f> undimmed_sky_;
   // Whether surfaces that show their backs enclose bodies: not in a room that itself shows them.
   bool bodies_ = true;
-  Vec3f rest_{0.0f}, stage_{0.0f};  // E_rest, Phi(x_0)
+  Vec3f rest_{0.0f}, stage_{0.0f};  // E_rest, Phi_0(x_0)
   std::unordered_map<Node, Found, Hash> nodes_;
   std::vector<std::pair<Part, std::shared_ptr<const LightLattice>>> lattices_;  // the latest first
   std::size_t found_ = 0;

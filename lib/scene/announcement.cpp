@@ -153,7 +153,8 @@ Camera camera_from_json(const json& object) {
 
 std::string announcement_to_json(const Announcement& announcement) {
   json lights = json::array();
-  for (const Light& light : announcement.lights) {
+  for (std::size_t i = 0; i < announcement.lights.size(); ++i) {
+    const Light& light = announcement.lights[i];
     lights.push_back({{"name", light.name},
                       {"centre", numbers(light.centre)},
                       {"u", numbers(light.u)},
@@ -161,6 +162,8 @@ std::string announcement_to_json(const Announcement& announcement) {
                       {"radiance", numbers(light.radiance)},
                       {"mesh", light.mesh}});
     if (light.outer_cone > 0.0f) lights.back()["cone"] = {light.inner_cone, light.outer_cone};
+    if (i < announcement.undimmed.size())
+      lights.back()["undimmed"] = numbers(announcement.undimmed[i].radiance);
   }
   json out = {{"format", format},
               {"version", version},
@@ -179,6 +182,7 @@ std::string announcement_to_json(const Announcement& announcement) {
     out["environment"] = {
         {"name", around.name}, {"version", around.version}, {"turn", around.turn}};
   if (announcement.sky != Vec3f(0.0f)) out["sky"] = numbers(announcement.sky);
+  if (announcement.undimmed_sky) out["undimmed_sky"] = numbers(*announcement.undimmed_sky);
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
   if (announcement.depth_near > 0.0) out["depth_near"] = announcement.depth_near;
@@ -208,6 +212,7 @@ Announcement announcement_of(const json& root) {
     const json& lights = member(root, "lights");
     if (!lights.is_array() || lights.size() > most_lights)
       throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));
+    bool dimmed = false;  // any of them
     for (const json& object : lights) {
       if (!object.is_object()) throw broken("each light must be an object");
       Light light;
@@ -222,12 +227,21 @@ Announcement announcement_of(const json& root) {
         light.inner_cone = static_cast<float>(cone[0]);
         light.outer_cone = static_cast<float>(cone[1]);
       }
-      announcement.lights.push_back(std::move(light));
+      announcement.lights.push_back(light);
+      if (object.contains("undimmed")) {
+        light.radiance = vector_of(object, "undimmed");
+        dimmed = true;
+      }
+      announcement.undimmed.push_back(std::move(light));
     }
+    if (!dimmed) announcement.undimmed.clear();
+    if (root.contains("undimmed_sky")) announcement.undimmed_sky = vector_of(root, "undimmed_sky");
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));
     announcement.ambient = vector_of(root, "ambient");
     if (root.contains("sky")) announcement.sky = vector_of(root, "sky");
     check_light(announcement.lights, announcement.exposure, announcement.ambient, announcement.sky);
+    check_light(announcement.undimmed, announcement.exposure, announcement.ambient,
+                announcement.undimmed_sky.value_or(Vec3f(0.0f)));
     announcement.aperture = length_of(root, "aperture");
     announcement.focus_distance = length_of(root, "focus-distance");
     if (root.contains("depth_near")) {

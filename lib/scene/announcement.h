@@ -6,6 +6,7 @@
 /// it is true for (docs/formats.md).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,9 +35,13 @@ struct Announcement {
   ScenePose pose;               ///< of its file
   EnvironmentFile environment;  ///< what is around the scene
   std::vector<Light> lights;    ///< the lights as they are in this frame
-  float exposure = 1.0f;        ///< as in Scene
-  Vec3f ambient{0.0f};          ///< mean indirect irradiance over the scene's surfaces
-  Vec3f sky{0.0f};              ///< as in Scene
+  /// The same and the sky as bright as the scene's file has them, by which the studio's light is known (SubjectLight);
+  /// no lights and none: as they are.
+  std::vector<Light> undimmed;
+  std::optional<Vec3f> undimmed_sky;
+  float exposure = 1.0f;  ///< as in Scene
+  Vec3f ambient{0.0f};    ///< mean indirect irradiance over the scene's surfaces
+  Vec3f sky{0.0f};        ///< as in Scene
   /// As in ViewportLens, of the viewport's real lens where that is known; 0: it is not. The picture need
   /// not have it.
   double aperture = 0.0, focus_distance = 0.0;

@@ -103,7 +103,7 @@ class FrameComposer {
   OpenScenes::Open with_lamps(const OpenScenes::Open& open);
   void set_scene(const CompositeSettings& settings, bool live);
   void set_mirrors(const std::string& choice);
-  void add_environment(ShadowQuality quality, const Vec3f& sky);
+  void add_environment(ShadowQuality quality);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
                                          bool later);

@@ -63,7 +63,7 @@ OpenScenes::Open FrameComposer::with_lamps(const OpenScenes::Open& open) {
 }
 
 /// The lights that stand for the scene's environment, as many as \p quality is worth.
-void FrameComposer::add_environment(ShadowQuality quality, const Vec3f& sky) {
+void FrameComposer::add_environment(ShadowQuality quality) {
   const std::size_t count = quality == ShadowQuality::best   ? 32
                             : quality == ShadowQuality::good ? 16
                                                              : 8;
@@ -72,10 +72,15 @@ void FrameComposer::add_environment(ShadowQuality quality, const Vec3f& sky) {
     around_of_ = frame_.scene->environment;
     around_count_ = count;
   }
-  for (Light light : around_) {
-    light.radiance *= sky;
-    frame_.lights.push_back(std::move(light));
-  }
+  const auto add = [&](const Vec3f& sky, std::vector<Light>& lights) {
+    for (Light light : around_) {
+      light.radiance *= sky;
+      lights.push_back(std::move(light));
+    }
+  };
+  if (frame_.undimmed_sky && frame_.undimmed.empty()) frame_.undimmed = frame_.lights;
+  if (!frame_.undimmed.empty()) add(frame_.undimmed_sky.value_or(frame_.sky), frame_.undimmed);
+  add(frame_.sky, frame_.lights);
 }
 
 /// The scene and its light: the background's, else those of the properties.
@@ -87,10 +92,12 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
   if (announcement_ && !announcement_->scene.empty()) {
     frame_.lights = announcement_->lights;
     use(with_lamps(scenes_.now(scene_of(*announcement_), announcement_->pose)));  // read already
-    add_environment(settings.shadow, announcement_->sky);
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
     frame_.sky = announcement_->sky;
+    frame_.undimmed = announcement_->undimmed;
+    frame_.undimmed_sky = announcement_->undimmed_sky;
+    add_environment(settings.shadow);
     return;
   }
   use(own_scene(settings, live));
@@ -99,6 +106,8 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
                     : frame_.scene          ? frame_.scene->exposure
                                             : 1.0f;
   frame_.ambient = frame_.sky = Vec3f(0.0f);
+  frame_.undimmed.clear();
+  frame_.undimmed_sky.reset();
 }
 
 /// Which of the scene's mirrors show nobody.

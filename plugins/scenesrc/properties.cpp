@@ -268,16 +268,19 @@ float light_factor(const SceneSettings& settings, bool assumed) {
 
 SceneLights scene_lights(const SceneSettings& settings, const std::string& scene,
                          const Bounds& bounds, std::vector<Light> lights, bool assumed) {
-  SceneLights out;
-  if (!settings.lights.empty())
-    out.missing = change_lights(parse_light_changes(settings.lights), bounds, scene, lights);
-  for (Light& light : lights) light.radiance *= light_factor(settings, assumed);
-  if (!lights.empty()) {
-    lights[0].centre +=
-        Vec3f(static_cast<float>(settings.light_x), static_cast<float>(settings.light_y),
-              static_cast<float>(settings.light_z));
+  SceneLights out{lights, std::move(lights), {}};
+  if (!settings.lights.empty()) {
+    std::vector<LightChange> changes = parse_light_changes(settings.lights);
+    out.missing = change_lights(changes, bounds, scene, out.lights);
+    for (LightChange& change : changes) change.intensity = 1.0f, change.colour.reset();
+    change_lights(changes, bounds, scene, out.undimmed);
   }
-  out.lights = std::move(lights);
+  for (Light& light : out.lights) light.radiance *= light_factor(settings, assumed);
+  for (std::vector<Light>* of : {&out.lights, &out.undimmed})
+    if (!of->empty())
+      of->front().centre +=
+          Vec3f(static_cast<float>(settings.light_x), static_cast<float>(settings.light_y),
+                static_cast<float>(settings.light_z));
   return out;
 }
 

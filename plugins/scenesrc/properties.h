@@ -75,6 +75,7 @@ std::string joined(const std::string& first, const std::string& second);
 /// A scene's lights.
 struct SceneLights {
   std::vector<Light> lights;
+  std::vector<Light> undimmed;  ///< the same, as bright and of the colour that the file says
   std::string
       missing;  ///< what is to be said of those that the property lights names in vain; empty: nothing
 };

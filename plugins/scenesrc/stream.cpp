@@ -66,10 +66,13 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
   const SceneLights lights = shown.lights_by(settings);
   if (std::exchange(lights_missing_, lights.missing) != lights.missing && !lights.missing.empty())
     statistics.warn(element, "lights-missing", lights.missing);
+  undimmed_ = lights.undimmed != lights.lights ? lights.undimmed : std::vector<Light>();
+  const float sky = shown.sky_by(settings);
+  undimmed_sky_.reset();
+  if (sky != 1.0f) undimmed_sky_ = shown.rest->sky;
   const Background::Work work = background.update(
       camera_, lights.lights,
-      shown.exposure * static_cast<float>(std::exp2(settings.exposure_compensation)),
-      shown.sky_by(settings));
+      shown.exposure * static_cast<float>(std::exp2(settings.exposure_compensation)), sky);
   const bool other = std::exchange(other_scene_, false);
   if (shown.light_ms) return Background::Work::lit;
   // The picture is not the last one that was sent.
@@ -166,6 +169,8 @@ GstEvent* SceneStream::take_announcement() {
   announcement.scene_version = scenes_.shown().file.version;
   announcement.pose = scenes_.shown().found.pose;
   announcement.environment = scenes_.shown().file.environment;
+  announcement.undimmed = undimmed_;
+  announcement.undimmed_sky = undimmed_sky_;
   announcement.aperture = aperture_;
   announcement.focus_distance = focus_distance_;
   std::string json = announcement_to_json(announcement);

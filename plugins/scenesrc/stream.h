@@ -74,6 +74,8 @@ class SceneStream {
   Ref<GstBuffer> sent_;
   GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;
   LensWatch lens_watch_;
+  std::vector<Light> undimmed_;  // Announcement::undimmed
+  std::optional<Vec3f> undimmed_sky_;
   std::string lights_missing_;                    // what was said of them last
   Camera camera_;                                 // the last good one; width 0: none yet
   double aperture_ = 0.0, focus_distance_ = 0.0;  // of its lens, where that is tracked

@@ -118,6 +118,11 @@ GST_START_TEST(a_scene_without_light_is_lit_by_a_sky) {
     // Live: the light is made brighter and taken away without being computed anew.
     watched.set("light-intensity", "0.25");
     watched.expect_mean(60, 140);
+    // Subjects are lit relative to what has been dimmed.
+    const Announcement dimmed = watched.announced();
+    fail_unless(told.undimmed.empty() && !told.undimmed_sky);
+    fail_unless(dimmed.undimmed == told.lights && dimmed.undimmed_sky == told.sky);
+    fail_unless(dimmed.lights[0].radiance == 0.25f * told.lights[0].radiance);
     watched.set("light-intensity", "1");
     watched.expect_mean(150, 230);
     watched.set("assumed-light", "false");

@@ -430,6 +430,9 @@ TEST(Announcement, SurvivesJson) {
   announcement.lights[1].inner_cone = 0.2f;
   announcement.lights[1].outer_cone = 0.45f;
   announcement.sky = {0.3f, 0.4f, 0.5f};
+  announcement.undimmed = announcement.lights;
+  announcement.undimmed[1].radiance *= 2.0f;
+  announcement.undimmed_sky = {0.6f, 0.8f, 1.0f};
   announcement.ambient = {0.1f, 0.2f, 0.3f};
   announcement.aperture = 0.0175;
   announcement.focus_distance = 2.25;
@@ -444,6 +447,8 @@ TEST(Announcement, SurvivesJson) {
   EXPECT_EQ(read.exposure, announcement.exposure);
   EXPECT_EQ(read.ambient, announcement.ambient);
   EXPECT_EQ(read.sky, announcement.sky);
+  EXPECT_EQ(read.undimmed, announcement.undimmed);
+  EXPECT_EQ(read.undimmed_sky, announcement.undimmed_sky);
   EXPECT_EQ(read.aperture, announcement.aperture);
   EXPECT_EQ(read.focus_distance, announcement.focus_distance);
   EXPECT_EQ(read.viewport.distortion, announcement.viewport.distortion);

@@ -121,6 +121,7 @@ TEST(SubjectLight, FollowsTheLampsBrightness) {
   };
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(factor()[c], 1.0f, 0.02f);
   const Vec3f dimmed(0.5f, 0.25f, 0.0f);
+  stage.frame.undimmed = stage.frame.lights;
   stage.frame.lights[0].radiance *= dimmed;
   stage.frame.ambient *= dimmed;
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(factor()[c], dimmed[c], 0.02f) << c;
