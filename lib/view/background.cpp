@@ -115,15 +115,20 @@ Background::Background(Scene scene, const BackgroundOptions& options)
 
 Background::~Background() = default;
 
-bool Background::take_pose(const Scene& posed) {
+bool Background::has_parts_of(const Scene& posed) const {
   const std::vector<SceneMesh>& own = scene().meshes;
-  const bool same =
-      own.size() == posed.meshes.size() && scene().lights.size() == posed.lights.size() &&
-      std::equal(own.begin(), own.end(), posed.meshes.begin(),
-                 [](const SceneMesh& a, const SceneMesh& b) {
-                   return a.positions.size() == b.positions.size() && a.triangles == b.triangles;
-                 });
-  if (!same) return false;
+  return own.size() == posed.meshes.size() && scene().lights.size() == posed.lights.size() &&
+         std::equal(own.begin(), own.end(), posed.meshes.begin(),
+                    [](const SceneMesh& a, const SceneMesh& b) {
+                      // Unknown nodes: all meshes are there, in the file's order.
+                      const bool same_node = a.node < 0 || b.node < 0 || a.node == b.node;
+                      return same_node && a.positions.size() == b.positions.size() &&
+                             a.triangles == b.triangles;
+                    });
+}
+
+bool Background::take_pose(const Scene& posed) {
+  if (!has_parts_of(posed)) return false;
   keep_light_as_it_is();
   const bool other_mirrors = scene().mirrors != posed.mirrors;
   traced_.take_pose(posed);

@@ -60,9 +60,13 @@ class Background {
 
   const Scene& scene() const { return traced_.scene(); }
 
+  /// Whether \p posed, the same scene in another pose, has the same meshes, of the same nodes, with the same
+  /// triangles. It has not where nodes are hidden, or turned inside out by a mirror image.
+  bool has_parts_of(const Scene& posed) const;
+
   /// Takes over where everything is in \p posed, the same scene in another pose; the next update() draws it.
   /// The light on each surface stays that of the pose before, wherever lamps have moved meanwhile. False,
-  /// and nothing changes, unless \p posed has as many meshes with as many vertices, as it has not where nodes are hidden.
+  /// and nothing changes, unless has_parts_of().
   bool take_pose(const Scene& posed);
 
   /// What update() did.

@@ -71,7 +71,7 @@ std::unique_ptr<OpenedScene> opened_and_lit(const SceneAtRest& source, const Fou
 /// Whether \p posed is seen or lit otherwise than what \p shown shows, but for what lights by property.
 bool differs(const OpenedScene& shown, const Scene& posed) {
   const std::vector<SceneMesh>& now = shown.background->scene().meshes;
-  if (now.size() != posed.meshes.size() || shown.lights != posed.lights) return true;
+  if (!shown.background->has_parts_of(posed) || shown.lights != posed.lights) return true;
   for (std::size_t m = 0; m < now.size(); ++m) {
     const bool lamp =
         std::any_of(posed.lights.begin(), posed.lights.end(),

@@ -208,6 +208,28 @@ GST_START_TEST(nodes_move_and_vanish) {
 }
 GST_END_TEST;
 
+// Of two bodies alike in one place one after the other is hidden: the one that is left is seen.
+GST_START_TEST(variants_take_turns) {
+  const std::string path = (folder / "variants.glb").string();
+  Scene scene = load_scene(scene_file("a.glb", 0.2f));
+  scene.materials.push_back({});
+  scene.materials.back().base_colour = Vec3f(1.0f, 0.0f, 0.0f);
+  scene.meshes.push_back(scene.meshes[1]);
+  scene.meshes.back().name = "red";
+  scene.meshes.back().material = static_cast<int>(scene.materials.size()) - 1;
+  save_scene(scene, path);
+  const char *grey = "nodes=\"red visible=no\"", *red = "nodes=\"box visible=no\"";
+  Shown shown(std::string(grey) + " num-buffers=4 scene=" + path,
+              [](Shown& self, std::size_t number) {
+                if (number == 1) self.set("nodes", "box visible=no");
+              });
+  shown.wait_for_end();
+  const std::string of_grey = picture_of(path, grey), of_red = picture_of(path, red);
+  fail_unless(difference(of_grey, of_red) > 8);
+  fail_unless(shown.frames.at(1) == of_grey && shown.frames.at(3) == of_red);
+}
+GST_END_TEST;
+
 // What is no light change is refused, and lights that are not there are said, with those that are.
 GST_START_TEST(lights_that_are_not_there_are_said) {
   const std::string a = scene_file("a.glb", 0.2f), of_a = picture_of(a);
@@ -245,6 +267,7 @@ static Suite* scenesrc_scene_suite() {
   tcase_add_test(tests, wishes_may_change_meanwhile);
   tcase_add_test(tests, lights_change_from_outside);
   tcase_add_test(tests, nodes_move_and_vanish);
+  tcase_add_test(tests, variants_take_turns);
   tcase_add_test(tests, lights_that_are_not_there_are_said);
   return suite;
 }

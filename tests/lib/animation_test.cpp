@@ -244,6 +244,10 @@ TEST_F(AnimatedFile, AViewShowsWhatHasMovedWhereItIs) {
   Scene hidden = rest;
   pose_scene({"box visible=no"}, hidden);
   EXPECT_FALSE(moved.take_pose(hidden));
+  // As many meshes of the same form, and yet others.
+  Scene other = posed;
+  other.meshes[1].node = 0;
+  EXPECT_FALSE(moved.take_pose(other));
   EXPECT_EQ(moved.update(camera, posed.lights, 1.0f), Background::Work::none);
 }
 
