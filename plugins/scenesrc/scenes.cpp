@@ -197,15 +197,15 @@ void Scenes::open_in(const FoundPose& found, const SceneSettings& settings) {
 void Scenes::relight(const FoundPose& found, const SceneSettings& settings) {
   if (loading_.valid()) {
     if (!has_ended(loading_)) return;
+    // Of a scene that nobody wants any longer, and its errors, nothing is left.
+    const bool wanted = under_way_ == shown_->file;
     try {
-      next_ = loading_.get();
+      std::unique_ptr<OpenedScene> lit = loading_.get();
+      if (wanted) shown_ = std::move(lit);
     } catch (const std::exception& error) {
-      throw Error(Error::Kind::unsupported, "{}", error.what());
+      if (wanted) throw Error(Error::Kind::unsupported, "{}", error.what());
     }
-    if (next_->file == shown_->file) {
-      shown_ = std::move(next_);
-      if (shown_->found != found) move_to(found, true);
-    }
+    if (wanted && shown_->found != found) move_to(found, true);
   }
   if (!shown_->moved && shown_->found == found) return;
   under_way_ = shown_->file;
@@ -224,8 +224,12 @@ bool Scenes::follow_pose(const SceneSettings& settings, const SceneWish& wish) {
     refused_.reset();
   } catch (const Error& error) {
     refused_ = found.pose;
-    wish.warn(fmt::format(
-        "The scene cannot be shown or lit in that pose, and the last one stays: {}", error.what()));
+    // Live it may be shown already, and only its light not be had.
+    wish.warn(fmt::format("The scene cannot be {}: {}",
+                          shown_->found == found
+                              ? "lit in that pose, and the light that it has stays"
+                              : "shown in that pose, and the last one stays",
+                          error.what()));
   }
   const ScenePose& now = shown_->found.pose;
   return now.nodes != before.pose.nodes || now.animation != before.pose.animation ||

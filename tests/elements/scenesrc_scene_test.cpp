@@ -113,6 +113,22 @@ GST_START_TEST(what_cannot_be_loaded_is_said) {
 }
 GST_END_TEST;
 
+// What is wrong with a file that is no longer wanted is not taken for the pose's.
+GST_START_TEST(a_wish_that_is_taken_back_is_no_pose) {
+  const std::string a = scene_file("a.glb", 0.2f), none = (folder / "none.glb").string();
+  Shown shown("is-live=true refinement=never num-buffers=12 scene=" + a,
+              [&](Shown& self, std::size_t number) {
+                if (number == 1) self.set("scene", none);
+                if (number == 2) self.set("scene", a);
+                if (number == 6) self.set("nodes", "box move=0.4,0,0");
+              });
+  shown.wait_for_end();
+  for (const std::string& said : shown.said)
+    fail_unless(said.find("pose") == std::string::npos, "%s", said.c_str());
+  fail_unless(shown.announced.back().pose.nodes == "box move=0.4,0,0");
+}
+GST_END_TEST;
+
 // A file that is written anew is another scene once it is set again, and announced as such.
 GST_START_TEST(a_file_written_anew_is_read_again) {
   const std::string c = scene_file("c.glb", 0.2f);
@@ -263,6 +279,7 @@ static Suite* scenesrc_scene_suite() {
   tcase_add_test(tests, a_live_picture_goes_on_meanwhile);
   tcase_add_test(tests, what_follows_is_waited_for);
   tcase_add_test(tests, what_cannot_be_loaded_is_said);
+  tcase_add_test(tests, a_wish_that_is_taken_back_is_no_pose);
   tcase_add_test(tests, a_file_written_anew_is_read_again);
   tcase_add_test(tests, wishes_may_change_meanwhile);
   tcase_add_test(tests, lights_change_from_outside);
