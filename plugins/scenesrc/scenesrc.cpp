@@ -180,8 +180,10 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open())
       return GST_FLOW_NOT_NEGOTIATED;
     const bool first = !stream.is_lit();
-    const bool other =
-        follow_scene(self, source, snapshot(push, self.settings), self.clock.next().time);
+    // The pose, the viewport and what controllers drive are all of the time that the buffer will have.
+    FrameClock::Frame next = self.clock.next();
+    gst_object_sync_values(GST_OBJECT(push), next.time);
+    const bool other = follow_scene(self, source, snapshot(push, self.settings), next.time);
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     const Stopwatch watch;
     const LoopWatch loops;
@@ -193,15 +195,15 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     if (gst_base_src_is_live(source) && first) {
       // The light takes its time; which frame is due is known after that.
       lit = stream.draw(GST_ELEMENT(push), statistics, snapshot(push, self.settings), {}, {}, info,
-                        self.clock.next().time) == Background::Work::lit;
+                        next.time) == Background::Work::lit;
+      next = self.clock.next();
+      gst_object_sync_values(GST_OBJECT(push), next.time);
+      follow_scene(self, source, snapshot(push, self.settings), next.time);
     }
-    const FrameClock::Frame next = self.clock.next();
     const GstClockTime pts = next.time;
-    gst_object_sync_values(GST_OBJECT(push), pts);
     const std::optional<TrackedPose> tracked = tracked_at(self, source, pts);
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     const auto [settings, control] = snapshots(push, self.settings, self.control);
-    if (lit) follow_scene(self, source, settings, pts);  // time has passed
 
     const Background::Work work =
         stream.draw(GST_ELEMENT(push), statistics, settings, control, tracked, info, pts);

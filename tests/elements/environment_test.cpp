@@ -9,6 +9,7 @@
 #include "base/srgb.h"
 #include "builtin/shapes.h"
 #include "composite_bench.h"
+#include "controlled.h"
 #include "scene/scene.h"
 #include "shown_scene.h"
 
@@ -99,6 +100,19 @@ GST_START_TEST(the_environment_changes_while_playing) {
 }
 GST_END_TEST;
 
+// Driven by a controller it is turned as it is at each frame's own time.
+GST_START_TEST(controllers_turn_the_environment) {
+  const std::string around = environment_file("a.hdr", outdoors(32));
+  Shown shown("num-buffers=4 refinement=never scene=" + floor_file() + " environment=" + around,
+              [](Shown& self, std::size_t number) {
+                if (number == 0) control(self.source, "environment-turn", 0, 40, 80 * GST_MSECOND);
+              });
+  shown.wait_for_end();
+  for (std::size_t i = 0; i < 4; ++i)
+    fail_unless(std::abs(shown.announced.at(i).environment.turn - 10.0 * i) < 1e-6, "%zu", i);
+}
+GST_END_TEST;
+
 GST_START_TEST(a_broken_environment_is_said) {
   const std::string good = environment_file("good.hdr", even_environment(Vec3f(1.0f))),
                     broken = path_of("broken.hdr");
@@ -162,6 +176,7 @@ static Suite* environment_suite() {
   suite_add_tcase(suite, tests);
   tcase_add_test(tests, the_environment_is_seen_and_lights);
   tcase_add_test(tests, the_environment_changes_while_playing);
+  tcase_add_test(tests, controllers_turn_the_environment);
   tcase_add_test(tests, a_broken_environment_is_said);
   tcase_add_test(tests, subjects_throw_its_shadow);
   return suite;

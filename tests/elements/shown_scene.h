@@ -42,7 +42,8 @@ struct Shown {
   GstElement* source = nullptr;
   std::function<void(Shown&, std::size_t)> after;
   std::vector<std::string> frames;
-  std::vector<Announcement> announced;  // with each frame
+  std::vector<GstClockTime> times;      // of the frames
+  std::vector<Announcement> announced;  // with each of them
   std::vector<std::string> said;        // warnings
   std::vector<std::string> asked;       // scenes, of what follows
   std::size_t unready = 0;              // how many of these questions are answered by no
@@ -84,6 +85,7 @@ struct Shown {
     GstEvent* event = gst_pad_get_sticky_event(pad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, 0);
     fail_unless(event != nullptr);
     g_mutex_lock(&self.mutex);
+    self.times.push_back(GST_BUFFER_PTS(GST_PAD_PROBE_INFO_BUFFER(probe)));
     self.frames.emplace_back(reinterpret_cast<const char*>(map.data), map.size);
     self.announced.push_back(
         parse_announcement(gst_structure_get_string(gst_event_get_structure(event), "json")));
