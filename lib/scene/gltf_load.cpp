@@ -190,7 +190,7 @@ class Loader {
                                       out.positions.size() + out.triangles.size() / 3));
       for (std::size_t i = 0; i < instances.size(); ++i) {
         SceneMesh instance = i + 1 < instances.size() ? out : std::move(out);
-        place(to_world * instances[i], instance);
+        move_mesh(to_world * instances[i], instance);
         check_finite(instance);
         instance.node = static_cast<int>(scene_.nodes.size()) - 1;
         scene_.meshes.push_back(std::move(instance));
@@ -308,14 +308,6 @@ class Loader {
     mesh.normals = std::move(flat.normals);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
       mesh.triangles[i] = static_cast<std::uint32_t>(i);
-  }
-
-  static void place(const Mat4& to_world, SceneMesh& mesh) {
-    move_mesh(to_world, mesh);
-    if (glm::determinant(Mat3(to_world)) >= 0.0) return;
-    for (Vec3f& n : mesh.normals) n = -n;
-    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
-      std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
   }
 
   void check_finite(const SceneMesh& mesh) const {

@@ -179,6 +179,10 @@ void move_mesh(const Mat4& moved, SceneMesh& mesh) {
     const double length = glm::length(turned);
     n = length > 0.0 ? Vec3f(turned / length) : Vec3f(0.0f, 1.0f, 0.0f);
   }
+  if (glm::determinant(linear) >= 0.0) return;
+  for (Vec3f& n : mesh.normals) n = -n;
+  for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
+    std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
 }
 
 Vec3f sky_radiance(const Scene& scene, const Vec3f& sky, const Vec3f& direction) {

@@ -153,8 +153,8 @@ std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh);
 /// with it. Throws Error for an index that the scene does not have.
 void set_light(Scene& scene, std::size_t index, const Light& light);
 
-/// Brings \p mesh elsewhere; its normals stay on the same side of its triangles, also where \p moved flattens
-/// it or is a reflection.
+/// Brings \p mesh elsewhere; its normals stay on the same side of its triangles, also where \p moved flattens it. As
+/// glTF 2.0 has it (section 3.7.4), a reflection turns the triangles' winding round: what was outside stays so.
 void move_mesh(const Mat4& moved, SceneMesh& mesh);
 
 /// The radiance from where nothing of \p scene is, seen in \p direction, when Scene::sky is \p sky.

@@ -9,6 +9,7 @@
 
 #include "animated_file.h"
 #include "builtin/shapes.h"
+#include "scene/assumed_light.h"
 #include "scene/changes/scene_changes.h"
 #include "scene_file.h"
 #include "view/background.h"
@@ -167,6 +168,51 @@ TEST_F(AnimatedFile, LampsGoAlongAndVanishWhereTheyAreFlat) {
   EXPECT_EQ(posed.lights[0].radiance, Vec3f(0.0f));
   for (const Vec3f& p : posed.meshes[1].positions) EXPECT_EQ(p, Vec3f(0.0f));
   for (const Vec3f& n : posed.meshes[1].normals) EXPECT_NEAR(glm::length(n), 1.0f, 1e-6f);
+}
+
+// A scale below 0 makes a mirror image, as a file has it whose node is scaled so: what was outside stays outside.
+TEST_F(AnimatedFile, MirrorImagesAreNotInsideOut) {
+  const std::string path = box_file();
+  const std::vector<float> to_mirror = {1, 1, 1, -1, 1, 1};
+  add_animation(path, "swap",
+                {{"box", "scale", {0, 1}, to_mirror}, {"lamp", "scale", {0, 1}, to_mirror}});
+  Scene posed = load_scene(path);
+  const Vec3f shines = glm::cross(posed.lights[0].u, posed.lights[0].v);
+  pose_scene({"", 1, 1.0}, posed);
+  test::change_json(path, [](json& root) {
+    for (const std::size_t node : {1, 2}) root["nodes"][node]["scale"] = {-1, 1, 1};
+  });
+  const Scene file = load_scene(path);
+  for (std::size_t m = 0; m < file.meshes.size(); ++m) {
+    EXPECT_EQ(posed.meshes[m].positions, file.meshes[m].positions) << m;
+    EXPECT_EQ(posed.meshes[m].normals, file.meshes[m].normals) << m;
+    EXPECT_EQ(posed.meshes[m].triangles, file.meshes[m].triangles) << m;
+  }
+  const auto shines_in = [](const Scene& scene) {
+    return glm::cross(scene.lights[0].u, scene.lights[0].v);
+  };
+  EXPECT_LT(glm::length(shines_in(posed) - shines), 1e-6f);
+  EXPECT_LT(glm::length(shines_in(file) - shines), 1e-6f);
+}
+
+// The mirror image of a sun stands where that of its place is, and shines at the scene.
+TEST(AnimationTest, SunsAreMirrored) {
+  Scene scene;
+  scene.materials.resize(1);
+  scene.meshes = {parallelogram("floor", 0, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2})};
+  assume_light(scene);
+  const Light before = scene.lights[0];
+  scene.nodes = {{"sun", -1, Mat4(1.0)}};
+  scene.lights[0].node = 0;
+  NodeMotion mirrored;
+  mirrored.tracks = {{Track::Part::scale, Track::Interpolation::step, {0.0}, {{-1, 1, 1, 0}}}};
+  scene.animations = std::make_shared<const std::vector<Animation>>(
+      std::vector<Animation>{{"swap", {mirrored}, 0.0}});
+  pose_scene({"", 1, 0.0}, scene);
+  const Light& after = scene.lights[0];
+  EXPECT_EQ(after.centre, before.centre * Vec3f(-1, 1, 1));
+  EXPECT_GT(glm::dot(glm::normalize(glm::cross(after.u, after.v)), -glm::normalize(after.centre)),
+            0.9999f);
 }
 
 TEST_F(AnimatedFile, WhatIsBrokenIsRefused) {

@@ -84,12 +84,13 @@ std::vector<Pose> poses_of(const std::vector<NodeChange>& changes,
 /// flattened gives no light.
 void move_light(const Mat4& moved, const Bounds& bounds, Light& light) {
   Mat3 turned(moved);
-  if (glm::determinant(turned) == 0.0) {
+  const double grown = glm::determinant(turned);
+  if (grown == 0.0) {
     light.radiance = Vec3f(0.0f);
     return;
   }
   if (is_sun(light, bounds)) {
-    turned /= std::cbrt(glm::determinant(turned));
+    turned /= std::cbrt(std::abs(grown));
     light.centre = around(turned, bounds, light.centre);
   } else {
     light.centre = Vec3f(moved * Vec4(Vec3(light.centre), 1.0));
@@ -97,6 +98,7 @@ void move_light(const Mat4& moved, const Bounds& bounds, Light& light) {
   const float area = glm::length(glm::cross(light.u, light.v));
   light.u = Vec3f(turned * Vec3(light.u));
   light.v = Vec3f(turned * Vec3(light.v));
+  if (grown < 0.0) std::swap(light.u, light.v);  // the mirror image shines to the side that was before
   const float now = glm::length(glm::cross(light.u, light.v));
   if (light.mesh < 0 && area > 0.0f && now > 0.0f) light.radiance *= area / now;
   hold(light);

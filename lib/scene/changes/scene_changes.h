@@ -63,7 +63,8 @@ std::vector<NodeChange> parse_node_changes(std::string_view text);
 
 /// Brings \p scene, as its file gave it, into \p pose: its animation at that time, and on top of it the
 /// changes of nodes. In a scene that has no nodes each mesh is a node with its name and the scene's origin. Lights stay as
-/// many as they are, and so do meshes and their vertices unless nodes are hidden. Returns which nodes are
+/// many as they are, and so do meshes and their vertices unless nodes are hidden; mirror images have the winding of
+/// their triangles turned round. Returns which nodes are
 /// named that are not there, as change_lights(). Throws Error (bad_input) for nodes that are not
 /// understood, for an animation that is not there, where nothing is left to be seen, or anything is beyond
 /// 1e6 m.
