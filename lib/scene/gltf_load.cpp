@@ -75,6 +75,9 @@ class Loader {
         throw broken_scene(path_, "names a default scene that does not exist.");
       roots_ = model_.scenes[wanted].nodes;
     }
+    for (const tinygltf::Animation& animation : model_.animations)
+      for (const tinygltf::AnimationChannel& channel : animation.channels)
+        animated_nodes_.insert(channel.target_node);
     for (const int root : roots_) add_node(root, Mat4(1.0), -1, 0);
   }
 
@@ -124,11 +127,9 @@ class Loader {
       animated_places_.emplace(index, number);
       return;
     }
-    for (const tinygltf::Animation& animation : model_.animations)
-      for (const tinygltf::AnimationChannel& channel : animation.channels)
-        if (channel.target_node == index)
-          left_out_.insert(flat ? "animations of nodes that the file scales to nothing"
-                                : "animations of nodes that have a matrix");
+    if (animated_nodes_.contains(index))
+      left_out_.insert(flat ? "animations of nodes that the file scales to nothing"
+                            : "animations of nodes that have a matrix");
   }
 
   /// Its own name, else its mesh's.
@@ -387,6 +388,7 @@ class Loader {
   int default_material_ = 0;
   std::vector<int> roots_;
   std::vector<int> camera_nodes_;            // in Scene::nodes
+  std::set<int> animated_nodes_;             // of the file
   std::multimap<int, int> animated_places_;  // the file's nodes in Scene::nodes
   std::size_t nodes_visited_ = 0;
   std::size_t charged_ = 0;

@@ -240,6 +240,18 @@ TEST_F(AnimatedFile, WhatIsBrokenIsRefused) {
   EXPECT_TRUE(contains(failure(none), "has no keys"));
 }
 
+// Keys count in each place that a node hangs in, where each is held.
+TEST_F(AnimatedFile, TooManyKeysAreRefused) {
+  constexpr std::size_t keys = 900'000;
+  Channel many{"box", "translation", std::vector<float>(keys), std::vector<float>(3 * keys)};
+  const std::string path = with(many);
+  EXPECT_EQ(failure(path), "");
+  test::change_json(path, [](json& root) {
+    for (int i = 0; i < 11; ++i) root["scenes"][0]["nodes"].push_back(1);
+  });
+  EXPECT_TRUE(contains(failure(path), "too large: its animations have more than 10000000"));
+}
+
 TEST_F(AnimatedFile, WhatIsNotDoneIsSaid) {
   const std::string path = with({"box", "weights", {0, 1}, {0, 1}});
   EXPECT_EQ(load_scene(path).left_out, "animated morphs");

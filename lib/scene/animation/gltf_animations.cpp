@@ -39,6 +39,7 @@ class AnimationReader {
       words_ = fmt::format("animation {} '{}' whose channel {} (node '{}')", number + 1, in.name, c,
                            source_.model.nodes[channel.target_node].name);
       const AnimationTrack track = read_track(in, channel, *part);
+      charge(track.values.size() * static_cast<std::size_t>(std::distance(first, last)));
       out.duration = std::max(out.duration, track.times.back());
       for (auto place = first; place != last; ++place) {
         NodeMotion& motion = motions[place->second];
@@ -91,7 +92,6 @@ class AnimationReader {
     if (values.size() != wanted * components)
       throw broken(fmt::format("has {} keys but {} values; expected {}", times.size(),
                                values.size() / components, wanted));
-    charge(wanted);
     for (std::size_t i = 0; i < wanted; ++i) {
       Vec4 value(0.0);
       for (std::size_t k = 0; k < components; ++k)
@@ -119,8 +119,9 @@ class AnimationReader {
     values_ += values;
     if (values_ > most_values)
       throw Error(Error::Kind::unsupported,
-                  "Scene '{}' is too large: its animations have more than {} key values. Export "
-                  "fewer keys, or fewer animations.",
+                  "Scene '{}' is too large: its animations have more than {} key values (those "
+                  "of a node in each place that it hangs in). Export fewer keys, or fewer "
+                  "animations.",
                   source_.path, most_values);
   }
 
