@@ -98,7 +98,8 @@ void move_light(const Mat4& moved, const Bounds& bounds, Light& light) {
   const float area = glm::length(glm::cross(light.u, light.v));
   light.u = Vec3f(turned * Vec3(light.u));
   light.v = Vec3f(turned * Vec3(light.v));
-  if (grown < 0.0) std::swap(light.u, light.v);  // the mirror image shines to the side that was before
+  if (grown < 0.0)
+    std::swap(light.u, light.v);  // the mirror image shines to the side that was before
   const float now = glm::length(glm::cross(light.u, light.v));
   if (light.mesh < 0 && area > 0.0f && now > 0.0f) light.radiance *= area / now;
   hold(light);
