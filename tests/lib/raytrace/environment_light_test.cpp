@@ -157,7 +157,7 @@ TEST(EnvironmentLightTest, BackgroundsComeCloseToTheTruth) {
     RecordProperty("rms", std::to_string(found.rms));
     EXPECT_LT(std::abs(found.mean), 0.004) << static_cast<int>(method);
     EXPECT_LT(found.rms, 0.035) << static_cast<int>(method);
-    // Twice as bright is twice the light, without its being computed anew.
+    // A quarter as bright is a quarter of the light, without its being computed anew.
     EXPECT_EQ(background.update(camera, {}, scene.exposure, 0.25f), Background::Work::drawn);
     Scene dim = scene;
     Background other(dim, background_options);
