@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment/radiance_picture.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -62,10 +63,12 @@ class HdrReader {
 
   /// "-Y HEIGHT +X WIDTH" after the lines of the header and an empty one.
   void read_header() {
-    for (std::string_view found = line(); !found.empty(); found = line())
+    for (std::string_view found = line(); !found.empty(); found = line()) {
       if (found.starts_with("FORMAT=") && found.find("rle_rgbe") == std::string_view::npos)
         throw broken(fmt::format(
             "it has '{}' where FORMAT=32-bit_rle_rgbe was expected; save it as RGB", found));
+      if (found.starts_with("EXPOSURE=")) read_exposure(found);
+    }
     const std::string_view size = line();
     const std::size_t across = size.find(" +X ");
     if (!size.starts_with("-Y ") || across == std::string_view::npos)
@@ -81,6 +84,18 @@ class HdrReader {
     check_size(path_, picture_.width, picture_.height);
   }
 
+  /// By what the pixels have been multiplied; of several lines by all of them.
+  void read_exposure(std::string_view line) {
+    const std::size_t number = line.find_first_not_of(' ', line.find('=') + 1);
+    const std::string_view text = line.substr(std::min(number, line.size()));
+    float factor = 0.0f;
+    std::from_chars(text.data(), text.data() + text.size(), factor);
+    exposure_ *= factor;
+    if (!(exposure_ > 0.0f && std::isfinite(exposure_)))
+      throw broken(fmt::format("it has '{}' where a finite number above 0 was expected",
+                               line.substr(0, 40)));
+  }
+
   std::uint8_t byte() {
     if (rest_.empty())
       throw broken(fmt::format("it is cut off in row {} of {}", row_ + 1, picture_.height));
@@ -89,14 +104,23 @@ class HdrReader {
     return value;
   }
 
+  /// Of a row that is not packed. The oldest files repeat a pixel by one that no other way of writing has.
+  void read_pixel(Rgbe& pixel) {
+    for (std::uint8_t& value : pixel) value = byte();
+    if (pixel[0] == 1 && pixel[1] == 1 && pixel[2] == 1)
+      throw broken(fmt::format(
+          "row {} has runs of pixels as only the oldest programs wrote them (1, 1, 1 and their "
+          "number); save it with another program",
+          row_ + 1));
+  }
+
   void read_row(std::span<Rgbe> row) {
     Rgbe first;
-    for (std::uint8_t& value : first) value = byte();
+    read_pixel(first);
     const bool packed = first[0] == 2 && first[1] == 2 && first[2] < 128;
     if (!packed) {
       row[0] = first;
-      for (Rgbe& pixel : row.subspan(1))
-        for (std::uint8_t& value : pixel) value = byte();
+      for (Rgbe& pixel : row.subspan(1)) read_pixel(pixel);
       return;
     }
     if (static_cast<std::size_t>(first[2] << 8 | first[3]) != row.size())
@@ -117,14 +141,15 @@ class HdrReader {
     }
   }
 
-  static Vec3f value_of(const Rgbe& pixel) {
+  Vec3f value_of(const Rgbe& pixel) const {
     if (pixel[3] == 0) return Vec3f(0.0f);
-    return Vec3f(pixel[0], pixel[1], pixel[2]) * std::ldexp(1.0f, pixel[3] - 136);
+    return Vec3f(pixel[0], pixel[1], pixel[2]) * std::ldexp(1.0f, pixel[3] - 136) / exposure_;
   }
 
   const std::string& path_;
   std::string_view rest_;
   RadiancePicture picture_;
+  float exposure_ = 1.0f;
   int row_ = 0;
 };
 

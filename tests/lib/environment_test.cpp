@@ -75,6 +75,16 @@ TEST_F(EnvironmentFileTest, HdrFilesAreReadPackedAndPlain) {
   }
 }
 
+// Radiance's programs multiply pixels and note by how much: divided by it they are radiances again.
+TEST_F(EnvironmentFileTest, ExposuresAreTakenBack) {
+  const RadiancePicture picture = outdoors(16);
+  std::string bytes = hdr_bytes(picture);
+  const std::vector<Vec3f> plain = load_radiance(write("a.hdr", bytes)).pixels;
+  bytes.insert(bytes.find('\n') + 1, "EXPOSURE=4\nEXPOSURE= 5e-1\n");
+  const std::vector<Vec3f> brighter = load_radiance(write("b.hdr", bytes)).pixels;
+  for (std::size_t i = 0; i < plain.size(); ++i) EXPECT_EQ(2.0f * brighter[i], plain[i]) << i;
+}
+
 TEST_F(EnvironmentFileTest, PngFilesAreLinear) {
   Picture grey{2, 1, 3, {255, 255, 255, 188, 188, 188}};
   const std::vector<std::uint8_t> bytes = encode_png(grey);
@@ -100,6 +110,13 @@ TEST_F(EnvironmentFileTest, WhatIsBrokenIsSaid) {
   EXPECT_TRUE(has(said("#?RADIANCE\n\n+Y 1 +X 2\n"), "-Y HEIGHT +X WIDTH"));
   EXPECT_TRUE(has(said("#?RADIANCE\n\n-Y 100000 +X 200000\n"), "at most"));
   EXPECT_TRUE(has(said("#?RADIANCE\n\n-Y 0 +X 0\n"), "at least"));
+  for (const char* exposure : {"0", "-1", "nan", "1e99", "", "bright"})
+    EXPECT_TRUE(has(said(fmt::format("#?RADIANCE\nEXPOSURE={}\n\n-Y 1 +X 2\n", exposure)),
+                    "where a finite number above 0"))
+        << exposure;
+  std::string old_run = "#?RADIANCE\n\n-Y 8 +X 16\n";
+  old_run += {9, 9, 9, 127, 1, 1, 1, 15};
+  EXPECT_TRUE(has(said(old_run), "row 1 has runs of pixels"));
   std::string long_run = "#?RADIANCE\n\n-Y 8 +X 16\n";
   long_run += {2, 2, 0, 16, static_cast<char>(128 + 17), 7};
   EXPECT_TRUE(has(said(long_run), "holds more than its 16"));
