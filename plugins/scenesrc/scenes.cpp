@@ -146,10 +146,7 @@ bool Scenes::follow_file(const SceneSettings& settings, const SceneWish& wish) {
     latest_ = file_of(settings);
   }
   // Turns of the environment that come faster than they are lit do not hold each other up: one is shown, then the latest.
-  const bool on_the_way = wish.live && wanted_ && latest_ && wanted_->name == latest_->name &&
-                          wanted_->version == latest_->version &&
-                          wanted_->environment.name == latest_->environment.name &&
-                          wanted_->environment.version == latest_->environment.version;
+  const bool on_the_way = wish.live && wanted_ && latest_ && wanted_->same_files(*latest_);
   if (latest_ && !on_the_way) wanted_ = std::exchange(latest_, std::nullopt);
   if (wanted_ && *wanted_ == shown_->file) wanted_.reset();
   if (!wanted_) return false;

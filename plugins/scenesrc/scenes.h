@@ -38,7 +38,6 @@ struct OpenedScene : SceneAtRest {
   float exposure = 1.0f;      ///< as in the scene's file
   Bounds bounds;
   std::string nodes_missing;  ///< what is to be said of nodes that are not there; empty: nothing
-  bool said_clipped = false;
   /// ms that its light took beside the frames before; no longer there once a frame has told of it.
   std::optional<double> light_ms;
 

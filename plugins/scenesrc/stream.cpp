@@ -30,6 +30,7 @@ void SceneStream::close() {
   lens_watch_ = {};
   announced_.clear();
   lights_missing_.clear();
+  clipped_.reset();
 }
 
 bool SceneStream::follow_scene(const SceneSettings& settings, const SceneWish& wish) {
@@ -104,15 +105,15 @@ std::string SceneStream::about_scene(const SceneSettings& settings) const {
 std::string SceneStream::clipped(const SceneSettings& settings) {
   constexpr std::size_t step = 31;      // pixels: a sample is enough, and costs nothing
   constexpr float middle_grey = 0.18f;  // of white, for half of the pixels
-  OpenedScene& shown = scenes_.shown();
-  if (shown.said_clipped) return {};
+  const OpenedScene& shown = scenes_.shown();
+  if (clipped_ && clipped_->same_files(shown.file)) return {};
   const std::vector<Vec3f>& picture = shown.background->picture();
   std::vector<float> light;
   for (std::size_t i = 0; i < picture.size(); i += step)
     light.push_back(glm::dot(picture[i], Vec3f(0.2126f, 0.7152f, 0.0722f)));
   const auto white = std::count_if(light.begin(), light.end(), [](float l) { return l >= 1.0f; });
   if (2 * static_cast<std::size_t>(white) <= light.size()) return {};
-  shown.said_clipped = true;
+  clipped_ = shown.file;
   const auto middle = light.begin() + static_cast<std::ptrdiff_t>(light.size() / 2);
   std::nth_element(light.begin(), middle, light.end());
   const float factor = middle_grey / *middle;

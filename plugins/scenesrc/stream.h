@@ -52,7 +52,7 @@ class SceneStream {
   /// What is to be said of a scene without light, or of which parts are not drawn; empty: nothing.
   std::string about_scene(const SceneSettings& settings) const;
 
-  /// What is to be said, once for each scene, of a picture most of which is white for being exposed too long; empty:
+  /// What is to be said, once for each scene in whatever pose, of a picture most of which is white for being exposed too long; empty:
   /// it is not.
   std::string clipped(const SceneSettings& settings);
 
@@ -77,6 +77,7 @@ class SceneStream {
   std::vector<Light> undimmed_;  // Announcement::undimmed
   std::optional<Vec3f> undimmed_sky_;
   std::string lights_missing_;                    // what was said of them last
+  std::optional<SceneFile> clipped_;              // of which clipped() has told last
   Camera camera_;                                 // the last good one; width 0: none yet
   double aperture_ = 0.0, focus_distance_ = 0.0;  // of its lens, where that is tracked
   std::string announced_;                         // what downstream was last told

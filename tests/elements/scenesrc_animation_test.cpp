@@ -46,6 +46,19 @@ GST_START_TEST(each_frame_shows_its_pose) {
 }
 GST_END_TEST;
 
+// Of a scene that is exposed too long that is said once, whatever moves.
+GST_START_TEST(each_scene_is_too_bright_once) {
+  for (const char* live : {"", "is-live=true refinement=never "}) {
+    Shown shown(std::string(live) +
+                "num-buffers=30 exposure-compensation=6 field-of-view=20 target=0,0,0 scene=" +
+                animated_file());
+    shown.wait_for_end();
+    fail_unless_equals_int(shown.said.size(), 1);
+    fail_unless(shown.said[0].find("clipped") != std::string::npos, "%s", shown.said[0].c_str());
+  }
+}
+GST_END_TEST;
+
 // The choice of an animation, and its end; what stands still costs no light.
 GST_START_TEST(animations_are_chosen) {
   const std::string file = animated_file(), rest = picture_of(scene_file("plain.glb", 0.2f));
@@ -115,6 +128,7 @@ static Suite* scenesrc_animation_suite() {
   tcase_set_timeout(tests, 120);
   suite_add_tcase(suite, tests);
   tcase_add_test(tests, each_frame_shows_its_pose);
+  tcase_add_test(tests, each_scene_is_too_bright_once);
   tcase_add_test(tests, animations_are_chosen);
   tcase_add_test(tests, live_frames_move_on);
   tcase_add_test(tests, live_nodes_move_at_once);

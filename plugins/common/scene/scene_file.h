@@ -31,6 +31,12 @@ struct SceneFile {
   int version = 0;
   EnvironmentFile environment = {};
   bool operator==(const SceneFile&) const = default;
+  /// Whether at most the environment's turn is another.
+  bool same_files(const SceneFile& other) const {
+    return name == other.name && version == other.version &&
+           environment.name == other.environment.name &&
+           environment.version == other.environment.version;
+  }
 };
 
 /// Reads \p file, as open_scene(), with its environment but its nodes where they are. Throws Error.
