@@ -81,8 +81,7 @@ constexpr Property<S> table[] = {
         "of "
         "move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z, through the node's "
         "origin), scale=FACTOR and visible=yes or no changes. They are there with the next frame, "
-        "and "
-        "the light on them follows.",
+        "and the light on them follows; live, what is hidden or comes back comes with its light.",
         "node changes as in door turn=0,80,0; vase move=0.5,0,0 scale=2; chair visible=no, with "
         "finite numbers"),
     property<&S::animation>(
