@@ -108,15 +108,23 @@ class Loader {
   }
 
   void add_animations() {
-    scene_.animations = std::make_shared<const std::vector<Animation>>(
-        read_animations(source_, animated_places_, left_out_));
-    std::vector<bool> moves(scene_.nodes.size());
-    for (const Animation& animation : *scene_.animations)
+    std::vector<Animation> animations = read_animations(source_, animated_places_, left_out_);
+    std::vector<bool> moves(scene_.nodes.size()), shows(scene_.nodes.size());
+    for (const Animation& animation : animations)
       for (const NodeMotion& motion : animation.motions) moves[motion.node] = true;
     for (std::size_t n = 0; n < moves.size(); ++n)
       if (scene_.nodes[n].parent >= 0 && moves[scene_.nodes[n].parent]) moves[n] = true;
     if (std::any_of(camera_nodes_.begin(), camera_nodes_.end(), [&](int n) { return moves[n]; }))
       left_out_.insert("animations of cameras (they stay where the file has them)");
+    // What moves nothing that is seen or lights would be another pose in each frame for nothing.
+    for (const SceneMesh& mesh : scene_.meshes) shows[mesh.node] = true;
+    for (const Light& light : scene_.lights) shows[light.node] = true;
+    for (std::size_t n = shows.size(); n-- > 0;)
+      if (shows[n] && scene_.nodes[n].parent >= 0) shows[scene_.nodes[n].parent] = true;
+    for (Animation& animation : animations)
+      std::erase_if(animation.motions,
+                    [&](const NodeMotion& motion) { return !shows[motion.node]; });
+    scene_.animations = std::make_shared<const std::vector<Animation>>(std::move(animations));
   }
 
   /// Where the animations find the node. What has been flattened cannot be brought back.

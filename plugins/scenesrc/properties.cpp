@@ -250,7 +250,7 @@ FoundPose scene_pose(const SceneSettings& settings, const Scene& scene, double s
     for (const Animation& animation : animations) there.push_back(animation.name);
     found.missing =
         missing_words(scene.name, "animation", "'" + settings.animation + "'", there, true);
-  } else if (*number > 0) {
+  } else if (*number > 0 && !animations[static_cast<std::size_t>(*number) - 1].motions.empty()) {
     found.pose.animation = *number;
     found.pose.animation_time = time_of(*number, scene, settings, seconds);
   }

@@ -92,6 +92,22 @@ GST_START_TEST(animations_are_chosen) {
 }
 GST_END_TEST;
 
+// One that moves nothing that is seen or lights is none: what follows has nothing to pose.
+GST_START_TEST(what_moves_nothing_is_not_announced) {
+  const std::string file = scene_file("idle.glb", 0.2f);
+  change_json(file, [](nlohmann::json& root) {
+    root["scenes"][0]["nodes"].push_back(root["nodes"].size());
+    root["nodes"].push_back({{"name", "empty"}});
+  });
+  add_animation(file, "idle", {{"empty", "translation", {0, 1}, {0, 0, 0, 1, 0, 0}}});
+  Shown shown("num-buffers=3 scene=" + file);
+  shown.wait_for_end();
+  for (const Announcement& announced : shown.announced)
+    fail_unless(announced.pose == ScenePose() && announced.scene == file);
+  fail_unless(shown.said.empty());
+}
+GST_END_TEST;
+
 // Live, whatever light is to be had: each frame is at the pose that it announces, which is that of its time.
 GST_START_TEST(live_frames_move_on) {
   Shown shown("is-live=true refinement=never num-buffers=30 scene=" + animated_file());
@@ -130,6 +146,7 @@ static Suite* scenesrc_animation_suite() {
   tcase_add_test(tests, each_frame_shows_its_pose);
   tcase_add_test(tests, each_scene_is_too_bright_once);
   tcase_add_test(tests, animations_are_chosen);
+  tcase_add_test(tests, what_moves_nothing_is_not_announced);
   tcase_add_test(tests, live_frames_move_on);
   tcase_add_test(tests, live_nodes_move_at_once);
   return suite;

@@ -43,7 +43,7 @@ struct NodeMotion {
 
 struct Animation {
   std::string name;
-  std::vector<NodeMotion> motions;  ///< each of another node
+  std::vector<NodeMotion> motions;  ///< each of another node, with a mesh or light on or below it
   double duration = 0.0;            ///< seconds to the last key
 };
 
