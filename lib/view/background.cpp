@@ -120,7 +120,7 @@ bool Background::has_parts_of(const Scene& posed) const {
   return own.size() == posed.meshes.size() && scene().lights.size() == posed.lights.size() &&
          std::equal(own.begin(), own.end(), posed.meshes.begin(),
                     [](const SceneMesh& a, const SceneMesh& b) {
-                      // Unknown nodes: all meshes are there, in the file's order.
+                      // A scene that has never been posed may know of no nodes: all its meshes are there then.
                       const bool same_node = a.node < 0 || b.node < 0 || a.node == b.node;
                       return same_node && a.positions.size() == b.positions.size() &&
                              a.triangles == b.triangles;

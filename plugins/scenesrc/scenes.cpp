@@ -195,14 +195,14 @@ void Scenes::relight(const FoundPose& found, const SceneSettings& settings) {
   if (loading_.valid()) {
     if (!has_ended(loading_)) return;
     // Of a scene that nobody wants any longer, and its errors, nothing is left.
-    const bool wanted = under_way_ == shown_->file;
+    const bool of_shown = under_way_ == shown_->file;
     try {
       std::unique_ptr<OpenedScene> lit = loading_.get();
-      if (wanted) shown_ = std::move(lit);
+      if (of_shown) shown_ = std::move(lit);
     } catch (const std::exception& error) {
-      if (wanted) throw Error(Error::Kind::unsupported, "{}", error.what());
+      if (of_shown) throw Error(Error::Kind::unsupported, "{}", error.what());
     }
-    if (wanted && shown_->found != found) move_to(found, true);
+    if (of_shown && shown_->found != found) move_to(found, true);
   }
   if (!shown_->moved && shown_->found == found) return;
   under_way_ = shown_->file;

@@ -52,8 +52,8 @@ class SceneStream {
   /// What is to be said of a scene without light, or of which parts are not drawn; empty: nothing.
   std::string about_scene(const SceneSettings& settings) const;
 
-  /// What is to be said, once for each scene in whatever pose, of a picture most of which is white for being exposed too long; empty:
-  /// it is not.
+  /// What is to be said, once for each scene in whatever pose, of a picture most of which is white for being
+  /// exposed too long; empty: it is not.
   std::string clipped(const SceneSettings& settings);
 
   /// A buffer with the background's picture; a picture that has not changed is the same memory

@@ -84,13 +84,13 @@ std::vector<Pose> poses_of(const std::vector<NodeChange>& changes,
 /// flattened gives no light.
 void move_light(const Mat4& moved, const Bounds& bounds, Light& light) {
   Mat3 turned(moved);
-  const double grown = glm::determinant(turned);
-  if (grown == 0.0) {
+  const double determinant = glm::determinant(turned);
+  if (determinant == 0.0) {
     light.radiance = Vec3f(0.0f);
     return;
   }
   if (is_sun(light, bounds)) {
-    turned /= std::cbrt(std::abs(grown));
+    turned /= std::cbrt(std::abs(determinant));
     light.centre = around(turned, bounds, light.centre);
   } else {
     light.centre = Vec3f(moved * Vec4(Vec3(light.centre), 1.0));
@@ -98,8 +98,8 @@ void move_light(const Mat4& moved, const Bounds& bounds, Light& light) {
   const float area = glm::length(glm::cross(light.u, light.v));
   light.u = Vec3f(turned * Vec3(light.u));
   light.v = Vec3f(turned * Vec3(light.v));
-  if (grown < 0.0)
-    std::swap(light.u, light.v);  // the mirror image shines to the side that was before
+  // A mirror image is left-handed: with u and v exchanged it shines to the right side again.
+  if (determinant < 0.0) std::swap(light.u, light.v);
   const float now = glm::length(glm::cross(light.u, light.v));
   if (light.mesh < 0 && area > 0.0f && now > 0.0f) light.radiance *= area / now;
   hold(light);
