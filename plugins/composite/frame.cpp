@@ -342,6 +342,8 @@ void FrameComposer::reset() {
   own_.reset();
   lamps_moved_.reset();
   lamps_of_.reset();
+  mirrors_ = {};
+  around_ = {};
   choice_ = not_looked_at;
   frame_ = {};
   scenes_.reset();

@@ -151,11 +151,19 @@ class FrameComposer {
   SceneFile wanted_;                      // no name: no scene
   std::optional<OpenScenes::Open> own_;   // the property's; none: no frame yet
   std::shared_ptr<const Scene> lamps_moved_,
-      lamps_of_;                 // the scene with its lamps elsewhere; of which
-  std::string mirrors_missing_;  // what was said of them last
-  std::vector<Light> around_;    // of the environment, and
-  std::shared_ptr<const Environment> around_of_;
-  std::size_t around_count_ = 0;
+      lamps_of_;  // the scene with its lamps elsewhere; of which
+  /// What frame_'s mirrors were chosen by, and what was said of them last.
+  struct {
+    std::shared_ptr<const Scene> scene;
+    std::string choice, missing;
+  } mirrors_;
+  /// The lights of an environment, and what they follow from.
+  struct {
+    std::shared_ptr<const Scene> scene;
+    Bounds bounds;  // of the scene: they lie far outside of it
+    std::size_t count = 0;
+    std::vector<Light> lights;
+  } around_;
   RenderFrame frame_;
   std::vector<float> opacities_;  // of its subjects
   bool fading_ = false;           // any of them is below 1

@@ -67,13 +67,20 @@ void FrameComposer::add_environment(ShadowQuality quality) {
   const std::size_t count = quality == ShadowQuality::best   ? 32
                             : quality == ShadowQuality::good ? 16
                                                              : 8;
-  if (around_of_ != frame_.scene->environment || around_count_ != count) {
-    around_ = environment_lights(*frame_.scene, count);
-    around_of_ = frame_.scene->environment;
-    around_count_ = count;
+  const std::shared_ptr<const Scene>& scene = frame_.scene;
+  if (!scene->environment) return;
+  if (around_.scene != scene || around_.count != count) {
+    // A scene that moves is another one in each frame, mostly in the same bounds.
+    const Bounds bounds = scene_bounds(*scene);
+    if (!around_.scene || around_.scene->environment != scene->environment ||
+        around_.bounds != bounds || around_.count != count)
+      around_.lights = environment_lights(*scene, count);
+    around_.scene = scene;
+    around_.bounds = bounds;
+    around_.count = count;
   }
   const auto add = [&](const Vec3f& sky, std::vector<Light>& lights) {
-    for (Light light : around_) {
+    for (Light light : around_.lights) {
       light.radiance *= sky;
       lights.push_back(std::move(light));
     }
@@ -112,13 +119,13 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
 
 /// Which of the scene's mirrors show nobody.
 void FrameComposer::set_mirrors(const std::string& choice) {
-  frame_.mirrors_left_out.clear();
+  if (mirrors_.scene == frame_.scene && mirrors_.choice == choice) return;
   ChosenMirrors chosen;
   if (frame_.scene) chosen = choose_mirrors(parse_mirror_choice(choice), *frame_.scene);
   frame_.mirrors_left_out = std::move(chosen.left_out);
-  if (mirrors_missing_ != chosen.missing && !chosen.missing.empty())
+  if (mirrors_.missing != chosen.missing && !chosen.missing.empty())
     statistics_.warn(gl_.element(), "mirrors-missing", chosen.missing);
-  mirrors_missing_ = std::move(chosen.missing);
+  mirrors_ = {frame_.scene, choice, std::move(chosen.missing)};
 }
 
 /// The background's, else that of the properties. One that is impossible for a moment does not end the

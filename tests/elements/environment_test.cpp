@@ -4,6 +4,7 @@
 
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/srgb.h"
@@ -131,18 +132,29 @@ GST_START_TEST(a_broken_environment_is_said) {
 }
 GST_END_TEST;
 
-/// What composite makes of scenesrc's announcement, with a subject.
+/// composite with a subject, a frame for each announcement of scenesrc's.
+struct Announced : Bench {
+  GstClockTime time = 0;
+  explicit Announced(const char* backend) {
+    wait_for_all();
+    gst_util_set_object_arg(G_OBJECT(element), "backend", backend);
+    gst_harness_push(mesh, mesh_buffer(0));
+  }
+  GstBuffer* show(const Announcement& announced) {
+    gst_harness_push_event(
+        background,
+        gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+                             gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
+                                               announcement_to_json(announced).c_str(), nullptr)));
+    const GstClockTime now = std::exchange(time, time + 40 * GST_MSECOND);
+    return step(opaque_frame(now), mesh_buffer(time));
+  }
+};
+
+/// How many pixels the subject changes; -1: the announcement is not usable.
 static int changed_by(const Announcement& announced, const char* backend) {
-  Bench bench;
-  bench.wait_for_all();
-  gst_util_set_object_arg(G_OBJECT(bench.element), "backend", backend);
-  gst_harness_push(bench.mesh, mesh_buffer(0));
-  gst_harness_push_event(
-      bench.background,
-      gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                           gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                                             announcement_to_json(announced).c_str(), nullptr)));
-  GstBuffer* picture = bench.step(opaque_frame(0), mesh_buffer(40 * GST_MSECOND));
+  Announced bench(backend);
+  GstBuffer* picture = bench.show(announced);
   const int count = changed_pixels(picture);
   gst_buffer_unref(picture);
   const bool usable = test::statistic(bench.element, "announcements-unusable") == 0;
@@ -169,6 +181,26 @@ GST_START_TEST(subjects_throw_its_shadow) {
 }
 GST_END_TEST;
 
+// Its lights are as far away as the scene is large in the pose that it has now.
+GST_START_TEST(its_lights_lie_around_the_scene_as_it_stands) {
+  Scene scene;
+  scene.materials.resize(1);
+  scene.meshes = {parallelogram("floor", 0, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6}),
+                  box("post", 0, {2, 0, -2}, {2.2f, 1, -1.8f})};
+  save_scene(scene, path_of("post.glb"));
+  Shown shown(
+      "num-buffers=1 refinement=never eye=0,1.2,4 target=0,1,0 scene=" + path_of("post.glb") +
+      " environment=" + environment_file("outdoors.hdr", outdoors(64)));
+  shown.wait_for_end();
+  Announcement announced = shown.announced.at(0), moved = announced;
+  moved.pose.nodes = "post move=400,0,0";
+  Announced bench("processor"), fresh("processor");
+  const auto before = bytes_taken(bench.show(announced)), after = bytes_taken(bench.show(moved));
+  fail_unless(before != after);
+  fail_unless(after == bytes_taken(fresh.show(moved)));
+}
+GST_END_TEST;
+
 static Suite* environment_suite() {
   Suite* suite = suite_create("environment");
   TCase* tests = tcase_create("general");
@@ -179,6 +211,7 @@ static Suite* environment_suite() {
   tcase_add_test(tests, controllers_turn_the_environment);
   tcase_add_test(tests, a_broken_environment_is_said);
   tcase_add_test(tests, subjects_throw_its_shadow);
+  tcase_add_test(tests, its_lights_lie_around_the_scene_as_it_stands);
   return suite;
 }
 
