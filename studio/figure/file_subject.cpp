@@ -155,7 +155,8 @@ class FileSubject : public Subject {
     }
     for (int& material : materials_)
       if (material >= static_cast<int>(diffuse_.size())) material = -1;
-    if (reader.Warning().find("aterial") == std::string::npos) return;
+    // Other warnings may hold materials' names.
+    if (reader.Warning().find("] not found in ") == std::string::npos) return;
     std::string lines = reader.Warning();
     std::replace(lines.begin(), lines.end(), '\n', ' ');
     add_warning(fmt::format(

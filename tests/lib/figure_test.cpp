@@ -258,6 +258,9 @@ TEST(FileSubject, SaysWhichColoursAreMissing) {
   EXPECT_EQ(mixed->warning(), "");
   EXPECT_EQ(mixed->albedo(0, Vec3f(1, 0, 0), 0.01f), Vec3f(1, 0, 0));
   EXPECT_EQ(mixed->albedo(2, Vec3f(1, 0, 0), 0.01f), Vec3f(0, 1, 0));
+  // Another warning, by the name of a material, is none of colours.
+  std::ofstream(folder / "d.mtl") << "newmtl Material\nKd 0 1 0\nd 1\nTr 0\nnewmtl m\nKd 0 1 0\n";
+  EXPECT_EQ(open("d.mtl", closed)->warning(), "");
   // Each fault is said, also where there are two.
   const std::string none = open("c.mtl", closed)->warning();
   EXPECT_NE(none.find("c.mtl"), std::string::npos) << none;
