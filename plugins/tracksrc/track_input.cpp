@@ -165,8 +165,9 @@ void TrackInput::doubt_lens(const TrackedPose& pose, const TrackInputSettings& s
   if (const auto zoom = reader_.unused_zoom()) {
     const double first = lens_doubts_.first_zoom.value_or(*zoom);
     lens_doubts_.first_zoom = first;
-    // Encoders that stand still shake by some counts.
-    if (std::abs(*zoom - first) > (std::max(first, *zoom) > 1.0 ? 16.0 : 0.01))
+    // Encoders that stand still shake by some counts; those of OpenTrackIO may be shares of 1.
+    const bool counts = pose.source.starts_with("freed ") || std::max(first, *zoom) > 1.0;
+    if (std::abs(*zoom - first) > (counts ? 16.0 : 0.01))
       doubt("lenses-doubtful", lens_doubts_.zoom_unused,
             "The zoom moves, and packets tell its encoder alone, so the field of view does not "
             "follow it: set lens-file to what the lens does there, or zoom-is-focal-length where "

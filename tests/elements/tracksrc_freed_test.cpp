@@ -122,6 +122,9 @@ GST_START_TEST(test_a_zoom_that_nothing_follows) {
   };
   for (guint64 i = 0; i < 3; ++i) at(i, 5000 + 7 * (i % 2));
   fail_unless_equals_uint64(statistic(bench.element, "lenses-doubtful"), 0);
+  Bench fixed("port=0");  // a lens without zoom may tell 0, and now and then 1
+  for (guint64 i = 0; i < 3; ++i) fixed.at((10 + i) * ms, freed(1, {0, 0, 0}, {0, 0, 0}, i % 2, 0));
+  fail_unless_equals_uint64(statistic(fixed.element, "lenses-doubtful"), 0);
   for (guint64 i = 3; i < 6; ++i) at(i, 6000);
   fail_unless_equals_uint64(statistic(bench.element, "lenses-doubtful"), 3);
   const auto said = warnings_on(bench.bus);
