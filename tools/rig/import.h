@@ -42,7 +42,8 @@ Rig middlebury(const std::string& file, const Options& options);
 /// lines of four, any number of matrices in a file; blanks, commas or semicolons between numbers,
 /// decimal commas and brackets of Matlab, numpy, JSON and Blender as in rows_of() (import/lines.h).
 /// Headings, which begin with a word and hold fewer than three numbers, are skipped, and so is a
-/// fourth row 0 0 0 W, on a line of its own or as the last of 16 numbers.
+/// fourth row 0 0 0 W, on a line of its own or as the last of 16 numbers, and with a note what has KITTI's
+/// name Tr, the lidar's pose, beside cameras.
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options);
 
 /// "name K(9) distortion(5) R(9) t(3)" per line, read by rows_of(); the name may have blanks.

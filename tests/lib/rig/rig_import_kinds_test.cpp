@@ -228,6 +228,7 @@ TEST(RigImportKinds, MatricesAsProgramsPrintThem) {
   for (const char* number : {"0", "1", "2", "3"})
     kitti = with(kitti, fmt::format("view{} ", number), fmt::format("view{}: ", number));
   expect_same(from_matrices(kitti), truth, 1e-8);
+  expect_same(from_matrices(kitti + "Tr: 0 -1 0 .1 0 0 -1 .2 1 0 0 3\n"), truth, 1e-8);
   expect_refused([] { from_matrices("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"); }, "found 3");
 }
 

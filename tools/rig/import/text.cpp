@@ -216,6 +216,16 @@ std::vector<FoundMatrix> matrices_in(const std::string& file) {
   return matrices;
 }
 
+/// Leaves KITTI's Tr: beside cameras out of \p matrices: it is the pose of the lidar.
+void drop_lidar(std::vector<FoundMatrix>& matrices, const Options& options) {
+  const auto is_lidar = [](const FoundMatrix& found) { return found.name == "Tr"; };
+  if (std::ranges::all_of(matrices, is_lidar)) return;
+  for (const FoundMatrix& found : matrices)
+    if (is_lidar(found))
+      options.note(found.place + ": Tr is left out, as the lidar's pose and no camera.");
+  std::erase_if(matrices, is_lidar);
+}
+
 }  // namespace
 
 std::vector<std::string> names_of(const std::vector<std::string>& files) {
@@ -276,6 +286,7 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
   std::vector<FoundMatrix> matrices;
   for (const std::string& file : files)
     for (FoundMatrix& found : matrices_in(file)) matrices.push_back(std::move(found));
+  drop_lidar(matrices, options);
   if (matrices.empty())
     throw Error(Error::Kind::bad_input,
                 "{}: no line of it holds the 12 numbers of a projection matrix, or 4 of them.",
