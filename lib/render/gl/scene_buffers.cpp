@@ -79,11 +79,19 @@ void SceneBuffers::load(const Scene& scene) {
   attribute(2, 2, offsetof(SceneVertex, uv));
   glBindVertexArray(0);
 
-  textures_.clear();
+  load_textures(scene);
+}
+
+/// A scene that moves is another one in each frame, with the same pictures.
+void SceneBuffers::load_textures(const Scene& scene) {
   textures_.resize(scene.textures.size());
-  for (std::size_t i = 0; i < scene.textures.size(); ++i)
-    if (scene.textures[i]->channels == 4 && !scene.textures[i]->empty())
-      load_texture(textures_[i], *scene.textures[i]);
+  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+    const Picture& picture = *scene.textures[i];
+    if (i < pictures_.size() && &*pictures_[i] == &picture) continue;
+    textures_[i].reset();
+    if (picture.channels == 4 && !picture.empty()) load_texture(textures_[i], picture);
+  }
+  pictures_ = scene.textures;
 }
 
 void SceneBuffers::draw() const {

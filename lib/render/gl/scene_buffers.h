@@ -29,6 +29,7 @@ class SceneBuffers {
   void draw_mirror(std::size_t mirror) const;
 
  private:
+  void load_textures(const Scene& scene);
   /// What of a mesh lies in one mirror, or in none.
   struct Part {
     GLsizei count = 0;
@@ -41,6 +42,7 @@ class SceneBuffers {
   gl::Buffer vertices_;
   gl::Buffer indices_;
   mutable std::vector<gl::Texture> textures_;
+  std::vector<SharedPicture> pictures_;  // theirs, held so that no others take their addresses
   std::vector<Part> parts_;
   GLsizei total_ = 0;
   Bounds bounds_;
