@@ -204,8 +204,8 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
       ++plan.unusable;
       continue;
     }
+    const Bounds own = placed.bounds = bounds_of(placed.points);
     plan.subjects.push_back(std::move(placed));
-    const Bounds own = bounds_of(plan.subjects.back().points);
     everything.min = glm::min(everything.min, own.min);
     everything.max = glm::max(everything.max, own.max);
     people = plan.subjects.size() == 1

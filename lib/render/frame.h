@@ -119,6 +119,7 @@ struct PlacedSubject {
   Mat4 from_scene{1.0};        ///< to the mesh's world
   /// The hull's vertices in scene coordinates; of an image-based subject the corners around it.
   std::vector<Vec3f> points;
+  Bounds bounds;                              ///< of these
   std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
   std::uint64_t content = 0;                  ///< as RenderSubject::content
   SubjectLighting lighting = SubjectLighting::off;

@@ -349,15 +349,15 @@ void find_forms(RenderPlan& plan, BodyTrees& trees) {
     if (!subject.shade || subject.image) continue;
     const float amount =
         subject.lighting == SubjectLighting::relit ? std::clamp(subject.relight, 0.0f, 1.0f) : 0.0f;
-    const Bounds own = bounds_of(subject.points);
     Hiding hiding;
     hiding.trees = &trees;
     for (std::size_t k = 0; k < plan.subjects.size(); ++k) {
       if (k == i || plan.subjects[k].image) continue;
-      const Bounds other = bounds_of(plan.subjects[k].points);
+      const Bounds& other = plan.subjects[k].bounds;
       const std::vector<Light>& lamps = subject.shade->lamps;
-      if (std::any_of(lamps.begin(), lamps.end(),
-                      [&](const Light& lamp) { return stands_between(other, own, box_of(lamp)); }))
+      if (std::any_of(lamps.begin(), lamps.end(), [&](const Light& lamp) {
+            return stands_between(other, subject.bounds, box_of(lamp));
+          }))
         hiding.others.push_back({k, other});
     }
     if (amount > 0.0f) hiding.own = i;
@@ -368,6 +368,7 @@ void find_forms(RenderPlan& plan, BodyTrees& trees) {
     subject.form =
         find_form(*subject.shade, subject.points, scene_normals(subject), amount, hiding);
   }
+  trees.drop_unused();
 }
 
 }  // namespace polyhull

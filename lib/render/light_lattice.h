@@ -83,7 +83,7 @@ std::vector<Vec3f> find_form(const LightLattice& light, std::span<const Vec3f> p
                              std::span<const Vec3f> normals, float amount, const Hiding& hiding);
 
 /// Sets PlacedSubject::form of those that have PlacedSubject::shade: of relit ones, and of shaded ones that
-/// others can stand in the light of. \p trees are those of the frame before. Throws Error as BodyTrees.
+/// others can stand in the light of. \p trees are those of the frame before, and become this one's. Throws Error as BodyTrees.
 void find_forms(RenderPlan& plan, BodyTrees& trees);
 
 }  // namespace polyhull

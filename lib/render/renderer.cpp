@@ -74,9 +74,9 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
     scene_bounds_ = bounds_of(points);
   }
   RenderPlan plan = plan_frame(frame, settings, scene_bounds_);
-  if (plan.subject.empty() && plan.mirror().empty()) return plan;
+  const bool seen = !plan.subject.empty() || !plan.mirror().empty();
   for (PlacedSubject& subject : plan.subjects)
-    if (subject.lighting != SubjectLighting::off)
+    if (seen && subject.lighting != SubjectLighting::off)
       if (const TracedScene* scene = traced(frame))
         subject.shade = subject_light_.around(subject, frame, *scene);
   find_forms(plan, bodies_);

@@ -123,6 +123,24 @@ TEST(BodyLight, LampsAreHiddenLikeByManyRays) {
     }
 }
 
+TEST(BodyLight, TreesOfBodiesThatAreGoneAreGivenUp) {
+  const Mesh box = plain_box({-0.5f, 0.5f, -0.5f}, {0.5f, 1.0f, 0.5f}, 0.5f);
+  const Body body{box.hull.vertices, box.hull.triangles, 7};
+  BodyTrees trees;
+  for (const std::size_t number : {0u, 1u, 3u}) trees.make(number, body);
+  trees.drop_unused();
+  EXPECT_EQ(trees.size(), 3u);
+  trees.make(3, body);
+  trees.drop_unused();
+  EXPECT_EQ(trees.size(), 1u);
+  std::uint8_t hidden = 0;
+  const Ray up{Vec3f(0.0f), 0.0f, {0, 1, 0}};
+  trees.hide(3, {&up, 1}, {&hidden, 1});
+  EXPECT_EQ(hidden, 1);
+  trees.drop_unused();
+  EXPECT_EQ(trees.size(), 0u);
+}
+
 // In light that is the same from all sides: what the plate hides of it, and what it sends instead.
 TEST(BodyLight, AmbientLightIsHiddenLikeByManyRays) {
   const Covered stage(black_floor(point_lamp({0, 2.6f, 0}, Vec3f(0.0f))), Vec3f(0.2f));

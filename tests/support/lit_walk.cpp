@@ -13,6 +13,7 @@
 #include "raytrace/path_tracer.h"
 #include "raytrace/sampling.h"
 #include "render/light_lattice.h"
+#include "render/projection.h"
 #include "studio/figure/light.h"
 #include "studio/figure/subject.h"
 
@@ -110,6 +111,7 @@ struct Figure {
     mesh.hull.triangles = truth.triangles;
     placed.mesh = &mesh;
     placed.points = truth.positions;
+    placed.bounds = bounds_of(placed.points);
     placed.lighting = SubjectLighting::relit;
     placed.relight = 1.0f;
   }

@@ -2,6 +2,7 @@
 #include "render/bodies/body_trees.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace polyhull {
 
@@ -21,8 +22,8 @@ bool stands_between(const Bounds& box, const Bounds& from, const Bounds& to) {
 }
 
 void BodyTrees::make(std::size_t number, const Body& body) {
-  while (trees_.size() <= number) trees_.emplace_back();
   Tree& tree = trees_[number];
+  tree.used = true;
   if (body.content != 0 && tree.content == body.content && tree.placement == body.placement) return;
   if (tree.mesh) tree.caster.remove_mesh(*tree.mesh);
   tree.mesh.reset();
@@ -37,8 +38,13 @@ void BodyTrees::hide(std::size_t number, std::span<const Ray> rays,
                      std::span<std::uint8_t> hidden) const {
   thread_local std::vector<std::uint8_t> met;
   met.resize(rays.size());
-  trees_[number].caster.occluded(rays, met);
+  trees_.at(number).caster.occluded(rays, met);
   for (std::size_t i = 0; i < rays.size(); ++i) hidden[i] |= met[i];
+}
+
+void BodyTrees::drop_unused() {
+  std::erase_if(trees_, [](const auto& tree) { return !tree.second.used; });
+  for (auto& [number, tree] : trees_) tree.used = false;
 }
 
 }  // namespace polyhull

@@ -2,14 +2,14 @@
 /// \file
 /// The subjects' surfaces ready for rays, each in a tree of its own, so that what a body hides of its own
 /// light can be told from what others hide. Trees are kept from frame to frame as long as their bodies are
-/// the same.
+/// the same and asked for.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "base/vector.h"
 #include "raytrace/ray_caster.h"
@@ -38,14 +38,19 @@ class BodyTrees {
   /// others stay as they are.
   void hide(std::size_t number, std::span<const Ray> rays, std::span<std::uint8_t> hidden) const;
 
+  /// Gives up those that make() was not called for since the last call.
+  void drop_unused();
+  std::size_t size() const { return trees_.size(); }
+
  private:
   struct Tree {
     RayCaster caster{RayCaster::For::one_frame};
     std::optional<std::uint32_t> mesh;
     std::uint64_t content = 0;
     Mat4 placement{1.0};
+    bool used = false;
   };
-  std::vector<Tree> trees_;
+  std::map<std::size_t, Tree> trees_;  // by number
 };
 
 }  // namespace polyhull
