@@ -7,12 +7,18 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <map>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "backend.h"
+#include "builtin/shapes.h"
+#include "environment/environment.h"
 #include "figure_stage.h"
+#include "raytrace/ray_caster.h"
+#include "raytrace/traced_scene.h"
 #include "shot.h"
 #include "simple_trace.h"
 
@@ -276,6 +282,118 @@ TEST_P(MirrorsTest, SkippingChangesNoBit) {
   }
   EXPECT_GT(most, 2u);
   EXPECT_LT(least, 2u);
+}
+
+/// A polished floor, a polished pane that leans back behind it, turned a little, and a box before them,
+/// by single rays. Their normals are not at right angles, so that the order of the reflections counts.
+struct LeaningPane {
+  const Vec3f low{-0.5f, 0.6f, -0.5f}, high{0.4f, 1.2f, -0.2f};  // the box
+  Scene scene;
+
+  LeaningPane() {
+    scene.materials.resize(1);
+    scene.materials[0].base_colour = Vec3f(1.0f);
+    scene.materials[0].metallic = 0.9f;  // of metal alone all that it shows is taken out
+    scene.materials[0].roughness = 0.0f;
+    scene.meshes = {parallelogram("floor", 0, {-1.5f, 0, 1.5f}, {3, 0, 0}, {0, 0, -2.3f}),
+                    parallelogram("pane", 0, {-1.5f, 0.1f, -1}, {3, 0, 0.6f}, {0, 1.7f, -0.7f})};
+    scene.mirrors = find_mirrors(scene);
+    // A colour for each direction.
+    RadiancePicture around{256, 128, std::vector<Vec3f>(256 * 128)};
+    for (std::size_t i = 0; i < around.pixels.size(); ++i) {
+      const double polar = std::numbers::pi * (static_cast<double>(i / 256) + 0.5) / 128.0;
+      const double angle = 2.0 * std::numbers::pi * (static_cast<double>(i % 256) + 0.5) / 256.0;
+      around.pixels[i] = 0.5f + 0.4f * Vec3f(std::sin(polar) * std::cos(angle), std::cos(polar),
+                                             std::sin(polar) * std::sin(angle));
+    }
+    scene.environment = std::make_shared<const Environment>(around, 35.0, "colours");
+  }
+  bool meets_box(const Vec3f& origin, const Vec3f& way) const {
+    const Vec3f a = (low - origin) / way, b = (high - origin) / way;
+    const Vec3f in = glm::min(a, b), out = glm::max(a, b);
+    return std::max({in.x, in.y, in.z, 0.0f}) < std::min({out.x, out.y, out.z});
+  }
+  /// By way of which mirrors a ray comes to the box, one digit each; 0: it does not, or does at once, or
+  /// meets a mirror behind it. \p way becomes its direction there, \p share what the mirrors leave of it.
+  int met(const RayCaster& mirrors, Vec3f origin, Vec3f& way, Vec3f& share) const {
+    int by = 0;
+    for (int depth = 0; depth < 3; ++depth) {
+      const RayHit hit = mirrors.intersect({origin, 1e-4f, way});
+      if (meets_box(origin, way)) return hit.hit() ? 0 : by;
+      if (!hit.hit()) return 0;
+      const Vec3f normal = glm::normalize(hit.normal);
+      share *= fresnel(scene.materials[0].f0(), std::abs(glm::dot(normal, way)));
+      origin += hit.distance * way;
+      way = glm::reflect(way, normal);
+      by = 10 * by + static_cast<int>(hit.mesh) + 1;
+    }
+    return 0;
+  }
+};
+
+// What a mirror showed of the environment is taken out where the subject's image is, also by way of two.
+TEST_P(MirrorsTest, TheEnvironmentInThemIsTakenOut) {
+  const LeaningPane pane;
+  const Mesh box = synthetic::plain_box(pane.low, pane.high, 0.6f);
+  RayCaster mirrors;
+  for (const SceneMesh& mesh : pane.scene.meshes) mirrors.add_mesh(mesh.positions, mesh.triangles);
+  mirrors.commit();
+  const Camera viewport = synthetic::look_at({0.4, 1.3, 2.6}, {0, 0.5, -0.9}, 240, 180, 60.0);
+  synthetic::Shot shot(pane.scene, box, viewport);
+  shot.frame.sky = Vec3f(0.5f);  // so that the background is brighter than what is taken out
+  shot.settings.shadow = ShadowQuality::off;
+  shot.settings.mirror_depth = 2;
+  const float background = shot.draw(0.45f);
+  keep(shot.picture, "environment");
+  const Vec3f eye(viewport.centre());
+  std::map<int, int> pixels;
+  for (int y = 1; y < 179; ++y)
+    for (int x = 1; x < 239; ++x) {
+      Vec3f way, share;
+      const auto by = [&](double right, double down) {
+        share = Vec3f(1.0f);
+        way = glm::normalize(Vec3f(viewport.ray(Vec2(x + right, y + down))));
+        return pane.met(mirrors, eye, way, share);
+      };
+      const bool whole = by(-1, -1) == by(1, 1) && by(1, -1) == by(-1, 1) && by(-1, 1) == by(1, 1);
+      const int path = by(0, 0);
+      if (!whole || path == 0 || path != by(1, 1)) continue;
+      by(0, 0);
+      ++pixels[path];
+      const Vec3f shown = 0.5f * pane.scene.environment->radiance(way);
+      const std::uint8_t* pixel = shot.picture.row(y) + 4 * x;
+      for (int c = 0; c < 3; ++c) {
+        const float expected = background + share[c] * (synthetic::to_linear(0.6f) - shown[c]);
+        EXPECT_NEAR(synthetic::to_linear(pixel[c] / 255.0f), expected, 0.008f)
+            << x << " " << y << " by " << path;
+      }
+    }
+  for (const int path : {2, 12}) EXPECT_GT(pixels[path], 100) << path;
+}
+
+// Of more lamps than OpenGL takes those are left out that give least where the subject is, not those that
+// have least power.
+TEST_P(MirrorsTest, FarLampsTakeNoRoomFromNearOnes) {
+  Material glass, plaster;
+  glass.roughness = 0.0f;
+  const Mesh box = synthetic::plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
+  const auto found = [&](std::size_t far) {
+    Scene scene = synthetic::floor_scene(glass, {});
+    scene.materials.push_back(plaster);
+    scene.meshes.push_back(parallelogram("wall", 1, {-3, 0.01f, -1}, {6, 0, 0}, {0, 3, 0}));
+    scene.lights.assign(far, synthetic::point_lamp({0, 0, 1e5f}, Vec3f(1e4f)));
+    scene.lights.push_back(synthetic::point_lamp({0, 1.5f, 0.5f}, Vec3f(2.0f)));
+    synthetic::Shot shot(scene, box,
+                         synthetic::look_at({0, 0.4, 1.7}, {0, -0.15, 0.2}, 240, 240, 12.0));
+    shot.settings.shadow = ShadowQuality::off;
+    shot.draw(0.3f);
+    return shot.picture;
+  };
+  const Picture with = found(40), without = found(0);
+  int most = 0;
+  for (std::size_t i = 0; i < with.pixels.size(); ++i)
+    most = std::max(most, std::abs(with.pixels[i] - without.pixels[i]));
+  EXPECT_LE(most, 1);  // they give it 4e-5
 }
 
 INSTANTIATE_TEST_SUITE_P(Api, MirrorsTest, ::testing::ValuesIn(testing::all_backends),

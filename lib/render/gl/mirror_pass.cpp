@@ -4,6 +4,17 @@
 #include "render/gl/passes.h"
 
 namespace polyhull {
+namespace {
+
+/// The most that \p lamp gives in the middle of a subject, where mirrors show what is around.
+double given_to_subjects(const Light& lamp, const RenderPlan& plan) {
+  double most = 0.0;
+  for (const PlacedSubject& subject : plan.subjects)
+    most = std::max(most, light_given(lamp, 0.5 * (subject.bounds.min + subject.bounds.max)));
+  return most;
+}
+
+}  // namespace
 
 std::string lamps_define() {
   return "MAX_LIGHTS " + std::to_string(max_lamps);
@@ -15,10 +26,13 @@ void set_lamps(gl::Program& program, const PassInput& in) {
   for (const PassLight& light : in.lights) lamps.push_back(&light.light);
   for (const Light& light : frame.lights)
     if (std::find(lamps.begin(), lamps.end(), &light) == lamps.end()) lamps.push_back(&light);
-  std::stable_sort(
-      lamps.begin() + static_cast<std::ptrdiff_t>(in.lights.size()), lamps.end(),
-      [](const Light* a, const Light* b) { return light_strength(*a) > light_strength(*b); });
-  lamps.resize(std::min(lamps.size(), max_lamps));
+  if (lamps.size() > max_lamps) {
+    std::stable_sort(lamps.begin() + static_cast<std::ptrdiff_t>(in.lights.size()), lamps.end(),
+                     [&](const Light* a, const Light* b) {
+                       return given_to_subjects(*a, in.plan) > given_to_subjects(*b, in.plan);
+                     });
+    lamps.resize(max_lamps);
+  }
   std::vector<glm::vec3> positions, normals, powers;
   std::vector<glm::vec2> cones;
   for (const Light* lamp : lamps) {

@@ -68,8 +68,8 @@ inline glm::vec2 shader_cone(const Light& light) {
 inline constexpr std::size_t max_lamps = 32;
 std::string lamps_define();
 
-/// Sets the frame's lamps and even light for \p program, which includes lamps.glsl; those that throw
-/// shadows first.
+/// Sets the frame's lamps and even light for \p program, which includes lamps.glsl; where there are too many,
+/// those that throw shadows come first, then those that give the subjects most.
 void set_lamps(gl::Program& program, const PassInput& in);
 
 /// The programs of shaders/hull.vert and hull.frag: subjects in the views' colours.
