@@ -65,6 +65,7 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   link("fullscreen.vert", "shadow_tiles.frag", {});
   link("tiles.vert", "shadow_touched.frag", {});
   link("fullscreen.vert", "depth_picture.frag", {});
+  link("fullscreen.vert", "environment.frag", {});
   link("scene.vert", "mirrored_scene.frag", {lights},
        {"material.glsl", "light.glsl", "lamps.glsl"});
   for (const char* step : {"GRID_STEP 1", "GRID_STEP 2"})
@@ -80,7 +81,7 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
         "material.glsl",       "shadow.frag",         "shadow_tiles.frag",  "shadow_blur.frag",
         "mirrored_scene.frag", "tiles.vert",          "place.glsl",         "scene_layer.frag",
         "reach.frag",          "shadow_touched.frag", "depth_picture.frag", "lamps.glsl",
-        "light.glsl"};
+        "light.glsl",          "environment.frag"};
     EXPECT_NE(std::find(std::begin(known), std::end(known), shader.name), std::end(known))
         << shader.name << " is not compiled by this test";
   }
