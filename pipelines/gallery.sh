@@ -3,13 +3,13 @@
 # The pictures of docs/gallery.md: the figure in scene=builtin:apartment, beside the path-traced truth where
 # he keeps the studio's light, and how it changes by light, lights and nodes of the elements.
 #   pipelines/gallery.sh [--samples N]
-#     --samples N     paths of a pixel of the truth; default 96
+#     --samples N     paths of a pixel of the truth; default 48
 # Writes out/gallery/*.jpg and prints how far each picture is from its truth.
 set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
-samples=96
+samples=48
 if [ $# -gt 0 ]; then
   [ "$1" = --samples ] && [[ ${2:-} =~ ^[1-9][0-9]*$ ]] && [ $# -eq 2 ] ||
     fail "unknown arguments '$*'; usage: pipelines/gallery.sh [--samples N]"
@@ -43,19 +43,19 @@ beside_truth() {
   polyhull-truth "$out/$1.png" --scene builtin:apartment --place $2 --seconds "$3" --eye ${4//,/ } --target ${5//,/ } \
     --nodes "$6" --lights "$7" --shrink 1 --samples "$samples" -o "$out/$1-truth.png" | sed "s/^/$1: /"
   gst-launch-1.0 filesrc location="$out/$1-truth.png" ! pngdec ! videocrop bottom=$height ! videoconvert ! \
-    jpegenc quality=88 ! filesink location="$out/$1.jpg" >/dev/null
+    jpegenc quality=80 ! filesink location="$out/$1.jpg" >/dev/null
 }
 
-# in_a_row NAME PICTURE...: out/gallery/NAME.jpg
-in_a_row() {
-  local name=$1 parts=() pads=() index=0 picture
-  shift
+# in_rows NAME COLUMNS PICTURE...: out/gallery/NAME.jpg
+in_rows() {
+  local name=$1 columns=$2 parts=() pads=() index=0 picture
+  shift 2
   for picture in "$@"; do
     parts+=(filesrc location="$out/$picture.png" ! pngdec ! row.)
-    pads+=("sink_$index::xpos=$((index * width))")
+    pads+=("sink_$index::xpos=$((index % columns * width))" "sink_$index::ypos=$((index / columns * height))")
     index=$((index + 1))
   done
-  gst-launch-1.0 compositor name=row "${pads[@]}" ! videoconvert ! jpegenc quality=88 ! \
+  gst-launch-1.0 compositor name=row "${pads[@]}" ! videoconvert ! jpegenc quality=80 ! \
     filesink location="$out/$name.jpg" "${parts[@]}" >/dev/null
 }
 
@@ -76,7 +76,7 @@ for turn in 0 40 80 105; do
     "door turn=0,$turn,0" ""
   step=$((step + 1))
 done
-in_a_row film in-0 in-1 in-2 in-3
+in_rows film 2 in-0 in-1 in-2 in-3
 
 say "the same place in three lights"
 eye=2.2,1.5,1.7 target=-1.4,1.0,-0.3
@@ -87,8 +87,7 @@ for lights in "" "lamp intensity=0.06; 2 intensity=3" "lamp colour=0.3,0.5,1 int
   done
   index=$((index + 1))
 done
-in_a_row lights-off off-0 off-1 off-2
-in_a_row lights-relit relit-0 relit-1 relit-2
+in_rows lights 3 off-0 off-1 off-2 relit-0 relit-1 relit-2
 rm -f "$out"/*.log
 say "made, $SECONDS s from the start:"
 ls -l "$out"/*.jpg
