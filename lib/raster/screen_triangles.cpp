@@ -7,8 +7,6 @@
 namespace polyhull {
 namespace {
 
-constexpr double near_depth = 0.01;  // metres; what is nearer is not drawn
-
 /// A corner of what clipping leaves.
 struct Cut {
   Vec3 pixel;
@@ -69,9 +67,10 @@ Mat4 pixels_from_clip(int width, int height) {
   return out;
 }
 
-void ScreenTriangles::begin(int width, int height) {
+void ScreenTriangles::begin(int width, int height, double near) {
   width_ = width;
   height_ = height;
+  near_ = near;
   triangles_.clear();
   bands_.resize(static_cast<std::size_t>((height + band_rows - 1) / band_rows));
   for (auto& band : bands_) band.clear();
@@ -85,11 +84,11 @@ void ScreenTriangles::add(const std::array<Corner, 3>& corners, std::uint32_t id
     const Corner& c = corners[static_cast<std::size_t>(i)];
     if (!std::isfinite(c.pixel.x + c.pixel.y + c.pixel.z + c.kept)) return;
     polygon[i] = {c.pixel, c.kept, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0};
-    inside = inside && c.kept >= 0.0 && c.pixel.z >= near_depth;
+    inside = inside && c.kept >= 0.0 && c.pixel.z >= near_;
   }
   int count = 3;
   if (!inside) {
-    count = clip(polygon, count, clipped, [](const Cut& c) { return c.pixel.z - near_depth; });
+    count = clip(polygon, count, clipped, [this](const Cut& c) { return c.pixel.z - near_; });
     count = clip(clipped, count, polygon, [](const Cut& c) { return c.kept; });
   }
   for (int k = 1; k + 1 < count; ++k) {

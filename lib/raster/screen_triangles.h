@@ -49,8 +49,9 @@ struct Corner {
 
 class ScreenTriangles {
  public:
-  /// Forgets the triangles; the next are for a picture of this size.
-  void begin(int width, int height);
+  /// Forgets the triangles; the next are for a picture of this size. What is nearer than \p near (metres) is
+  /// not drawn.
+  void begin(int width, int height, double near = 0.01);
 
   /// Adds what of a triangle lies before the eye and on the kept side of the plane. Triangles with
   /// numbers that are not finite are left out.
@@ -76,6 +77,7 @@ class ScreenTriangles {
 
  private:
   int width_ = 0, height_ = 0;
+  double near_ = 0.01;
   std::vector<ScreenTriangle> triangles_;
   std::vector<std::vector<std::uint32_t>> bands_;
   std::vector<Columns> columns_;  // of the bands

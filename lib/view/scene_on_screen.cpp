@@ -2,6 +2,7 @@
 #include "view/scene_on_screen.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "base/thread_pool.h"
 
@@ -15,12 +16,31 @@ Mat4 pixels_from_scene(const Camera& camera) {
   return Mat4(shifted) * scene;
 }
 
+namespace {
+
+/// How near to the eye triangles are drawn, metres: of scenes below a metre a hundredth of their size.
+double near_of(const Scene& scene) {
+  constexpr double hundredth = 0.01;
+  Vec3f low(std::numeric_limits<float>::infinity()), high = -low;
+  for (const SceneMesh& mesh : scene.meshes)
+    for (const Vec3f& position : mesh.positions) {
+      low = glm::min(low, position);
+      high = glm::max(high, position);
+      const Vec3f size = high - low;
+      if (glm::dot(size, size) >= 1.0f) return hundredth;
+    }
+  return hundredth * std::max(glm::length(Vec3(high) - Vec3(low)), 1e-6);
+}
+
+}  // namespace
+
 void SceneOnScreen::set(const Scene& scene, const Mat4& pixels_from_scene,
                         const std::optional<Vec4>& kept, int width, int height, int threads) {
   std::vector<std::size_t> first{0};  // of each mesh's triangles, and the end
   for (const SceneMesh& mesh : scene.meshes)
     first.push_back(first.back() + mesh.triangles.size() / 3);
   parts_.resize((first.back() + part_triangles - 1) / part_triangles);
+  const double near = near_of(scene);
   const auto corner = [&](const Vec3f& position) {
     const Vec4 point(Vec3(position), 1.0);
     return Corner{Vec3(pixels_from_scene * point), kept ? glm::dot(*kept, point) : 1.0};
@@ -28,7 +48,7 @@ void SceneOnScreen::set(const Scene& scene, const Mat4& pixels_from_scene,
   parallel_for(parts_.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t part = begin; part < end; ++part) {
       ScreenTriangles& triangles = parts_[part];
-      triangles.begin(width, height);
+      triangles.begin(width, height, near);
       std::size_t id = part * part_triangles;
       const std::size_t last = std::min(id + part_triangles, first.back());
       auto mesh = static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), id) -

@@ -107,6 +107,22 @@ TEST(RasterView, IsTheRaysPicture) {
   }
 }
 
+// Some millimetres large, and that far from the eye.
+TEST(RasterView, SmallScenesAreWhole) {
+  constexpr float scale = 0.003f;
+  Scene scene = simple_scene(Material{});
+  for (SceneMesh& mesh : scene.meshes)
+    for (Vec3f& position : mesh.positions) position *= scale;
+  for (Vec3f* vector : {&scene.lights[0].centre, &scene.lights[0].u, &scene.lights[0].v})
+    *vector *= scale;
+  const Lit lit(std::move(scene));
+  const Camera camera =
+      look_at(double{scale} * Vec3(1.1, 1.3, 2.0), double{scale} * Vec3(0, 0.4, 0), 60, 200, 120);
+  const auto raster = lit.raster(camera), rays = lit.rays(camera);
+  EXPECT_GT(psnr(raster, rays, camera), 39.0);
+  EXPECT_LT(share_off(raster, rays, camera, 2), 0.022);
+}
+
 TEST(RasterView, PlanarMirrorsAreRasterised) {
   for (const float metallic : {0.0f, 1.0f}) {
     const Lit lit(simple_scene(polished(metallic)));
