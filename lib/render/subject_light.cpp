@@ -217,12 +217,14 @@ std::shared_ptr<const LightLattice> SubjectLight::around(const PlacedSubject& su
     const Vec3f indirect = irradiance.indirect(stage_middle);
     rest_ = glm::max(frame.ambient - indirect, Vec3f(0.0f));
     stage_ = irradiance.at(stage_middle).mean + rest_;
-    const Irradiance before(frame.undimmed.empty() ? frame.lights : frame.undimmed,
-                            frame.undimmed_sky.value_or(frame.sky), scene, false);
-    const Vec3f lit = before.at(stage_middle).mean, scattered = before.indirect(stage_middle);
-    if (std::max({lit.x, lit.y, lit.z}) > 0.0f)
-      for (int c = 0; c < 3; ++c)
-        stage_[c] = lit[c] + rest_[c] * (indirect[c] > 0.0f ? scattered[c] / indirect[c] : 1.0f);
+    if (!frame.undimmed.empty() || frame.undimmed_sky) {
+      const Irradiance before(frame.undimmed.empty() ? frame.lights : frame.undimmed,
+                              frame.undimmed_sky.value_or(frame.sky), scene, false);
+      const Vec3f lit = before.at(stage_middle).mean, scattered = before.indirect(stage_middle);
+      if (std::max({lit.x, lit.y, lit.z}) > 0.0f)
+        for (int c = 0; c < 3; ++c)
+          stage_[c] = lit[c] + rest_[c] * (indirect[c] > 0.0f ? scattered[c] / indirect[c] : 1.0f);
+    }
   }
   if (!(std::max({stage_.x, stage_.y, stage_.z}) > 0.0f)) return nullptr;
   const Part part = part_around(bounds_of(subject.points));
