@@ -10,6 +10,10 @@
 
 namespace polyhull {
 
+/// By which red, green and blue of linear light make its luminance (Rec. 709, whose primaries sRGB has).
+template <class T>
+inline constexpr glm::vec<3, T> luminance_weights{T(0.2126), T(0.7152), T(0.0722)};
+
 /// The linear value of the code \p encoded, 0..1 as floating point.
 template <class T>
 T srgb_decoded(T encoded) {

@@ -7,6 +7,7 @@
 
 #include "base/content_hash.h"
 #include "base/error.h"
+#include "base/srgb.h"
 #include "base/thread_pool.h"
 
 namespace polyhull {
@@ -117,10 +118,9 @@ Vec2f to_octahedron(const Vec3f& v) {
 
 }  // namespace
 
-const Vec3 Environment::luminance(0.2126, 0.7152, 0.0722);
-
 Vec3 Environment::Cell::moment() const {
-  return luminance.x * moments[0] + luminance.y * moments[1] + luminance.z * moments[2];
+  const Vec3& weights = luminance_weights<double>;
+  return weights.x * moments[0] + weights.y * moments[1] + weights.z * moments[2];
 }
 
 void Environment::Cell::add(const Cell& other) {
@@ -193,7 +193,7 @@ void Environment::make_distribution() {
   columns_.resize(width * height);
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x)
-      row[x] = glm::dot(luminance, Vec3(lighting_.pixels[y * width + x]));
+      row[x] = glm::dot(luminance_weights<double>, Vec3(lighting_.pixels[y * width + x]));
     rows[y] = sum_up(row) * band(static_cast<double>(y) / lighting_.height,
                                  static_cast<double>(y + 1) / lighting_.height);
     std::copy(row.begin(), row.end(), columns_.begin() + static_cast<std::ptrdiff_t>(y * width));

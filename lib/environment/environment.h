@@ -80,7 +80,6 @@ class Environment {
     void add(const Cell& other);
   };
   struct Region;
-  static const Vec3 luminance;  // of Rec. 709's primaries
 
   Vec3f at(const RadiancePicture& level, const Vec3f& direction) const;
   Vec3f direction(double u, double cosine) const;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/srgb.h"
 #include "environment/environment.h"
 
 namespace polyhull {
@@ -46,7 +47,7 @@ void Environment::make_cells() {
   };
   const auto luminance_of = [&](int x, int y) {
     return glm::dot(
-        luminance,
+        luminance_weights<double>,
         Vec3(lighting_.pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)]));
   };
   double mean = 0.0;

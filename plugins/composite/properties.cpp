@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/srgb.h"
 #include "plugins/common/scene/parsed_property.h"
 #include "scene/changes/mirror_choice.h"
 
@@ -368,7 +369,7 @@ Grade grade(const PlacementSettings& s) {
 }
 
 void set_white(PlacementSettings& settings, const Vec3f& white) {
-  const double luma = glm::dot(Vec3(0.2126, 0.7152, 0.0722), Vec3(white));
+  const double luma = glm::dot(luminance_weights<double>, Vec3(white));
   settings.exposure = std::clamp(std::log2(luma), -10.0, 10.0);
   const Vec3 slope = glm::clamp(Vec3(white) / luma, Vec3(0.0), Vec3(16.0));
   settings.slope_red = slope.x;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/srgb.h"
 #include "plugins/common/live/live_pad.h"
 #include "plugins/common/memory/planes_meta.h"
 
@@ -110,7 +111,7 @@ std::string SceneStream::clipped(const SceneSettings& settings) {
   const std::vector<Vec3f>& picture = shown.background->picture();
   std::vector<float> light;
   for (std::size_t i = 0; i < picture.size(); i += step)
-    light.push_back(glm::dot(picture[i], Vec3f(0.2126f, 0.7152f, 0.0722f)));
+    light.push_back(glm::dot(picture[i], luminance_weights<float>));
   const auto white = std::count_if(light.begin(), light.end(), [](float l) { return l >= 1.0f; });
   if (2 * static_cast<std::size_t>(white) <= light.size()) return {};
   clipped_ = shown.file;

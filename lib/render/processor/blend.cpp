@@ -264,7 +264,7 @@ float Blend::share_taken(int x, int y, const Vec3f& taken) const {
   const Vec3f all =
       lamps_irradiance(frame_, surface.point, away ? -surface.normal : surface.normal, indirect);
   // Of a grey surface: on a coloured one it is the same, and black alone has no colour to say more.
-  constexpr Vec3f luminance(0.2126f, 0.7152f, 0.0722f);
+  constexpr Vec3f luminance = luminance_weights<float>;
   const Vec3f gone = std::numbers::pi_v<float> * taken * Vec3f(power_[0], power_[1], power_[2]);
   return std::min(glm::dot(luminance, gone) / std::max(glm::dot(luminance, all), 1e-30f), 1.0f);
 }
