@@ -18,6 +18,9 @@ namespace polyhull {
 
 inline constexpr int band_rows = 16;
 
+/// What is nearer to the eye is not drawn unless it is asked for, metres.
+inline constexpr double near_depth = 0.01;
+
 /// Where a pixel's samples lie, and that of its middle after them; \p samples 1, 2, 4 or 8. The
 /// places are those of Direct3D's and most graphics processors' patterns.
 const float (*sample_places(int samples))[2];
@@ -51,7 +54,7 @@ class ScreenTriangles {
  public:
   /// Forgets the triangles; the next are for a picture of this size. What is nearer than \p near (metres) is
   /// not drawn.
-  void begin(int width, int height, double near = 0.01);
+  void begin(int width, int height, double near = near_depth);
 
   /// Adds what of a triangle lies before the eye and on the kept side of the plane. Triangles with
   /// numbers that are not finite are left out.
@@ -77,7 +80,7 @@ class ScreenTriangles {
 
  private:
   int width_ = 0, height_ = 0;
-  double near_ = 0.01;
+  double near_ = near_depth;
   std::vector<ScreenTriangle> triangles_;
   std::vector<std::vector<std::uint32_t>> bands_;
   std::vector<Columns> columns_;  // of the bands

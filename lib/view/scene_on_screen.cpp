@@ -7,6 +7,22 @@
 #include "base/thread_pool.h"
 
 namespace polyhull {
+namespace {
+
+/// How near to the eye triangles are drawn, metres: of scenes below a metre in proportion to their size.
+double near_of(const Scene& scene) {
+  Vec3f low(std::numeric_limits<float>::infinity()), high = -low;
+  for (const SceneMesh& mesh : scene.meshes)
+    for (const Vec3f& position : mesh.positions) {
+      low = glm::min(low, position);
+      high = glm::max(high, position);
+      const Vec3f size = high - low;
+      if (glm::dot(size, size) >= 1.0f) return near_depth;
+    }
+  return near_depth * std::max(glm::length(Vec3(high) - Vec3(low)), 1e-6);
+}
+
+}  // namespace
 
 Mat4 pixels_from_scene(const Camera& camera) {
   Mat4 scene(camera.R);
@@ -15,24 +31,6 @@ Mat4 pixels_from_scene(const Camera& camera) {
   shifted[2] += Vec3(0.5, 0.5, 0.0);
   return Mat4(shifted) * scene;
 }
-
-namespace {
-
-/// How near to the eye triangles are drawn, metres: of scenes below a metre a hundredth of their size.
-double near_of(const Scene& scene) {
-  constexpr double hundredth = 0.01;
-  Vec3f low(std::numeric_limits<float>::infinity()), high = -low;
-  for (const SceneMesh& mesh : scene.meshes)
-    for (const Vec3f& position : mesh.positions) {
-      low = glm::min(low, position);
-      high = glm::max(high, position);
-      const Vec3f size = high - low;
-      if (glm::dot(size, size) >= 1.0f) return hundredth;
-    }
-  return hundredth * std::max(glm::length(Vec3(high) - Vec3(low)), 1e-6);
-}
-
-}  // namespace
 
 void SceneOnScreen::set(const Scene& scene, const Mat4& pixels_from_scene,
                         const std::optional<Vec4>& kept, int width, int height, int threads) {
