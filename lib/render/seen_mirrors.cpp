@@ -15,11 +15,6 @@ int area(const Rectangle& r) {
   return r.empty() ? 0 : r.width * r.height;
 }
 
-const Material& material_of(const Scene& scene, std::size_t mirror) {
-  const SceneMesh& mesh = scene.meshes[static_cast<std::size_t>(scene.mirrors[mirror].meshes[0])];
-  return scene.materials[static_cast<std::size_t>(mesh.material)];
-}
-
 /// Whether the frame of \p mirror, as \p eye (its image behind it) looks through it, may show any of
 /// \p points: not where all of them lie beyond one of its edges.
 bool frames(const Mirror& mirror, const Vec3& eye, std::span<const Vec3f> points) {
@@ -168,14 +163,15 @@ std::vector<MirrorSurface> surfaces_of(const Scene& scene, const SeenMirror& see
     Vec3f normal = scene.mirrors[number].normal;
     for (std::size_t i = out.size(); i-- > 0;)
       normal = glm::reflect(normal, scene.mirrors[seen.way[i]].normal);
-    out.push_back({normal, material_of(scene, number).f0()});
+    out.push_back({normal, material_of(scene, scene.mirrors[number]).f0()});
   }
   return out;
 }
 
 bool only_mirrors(const Scene& scene, const SeenMirror& seen) {
-  return std::all_of(seen.way.begin(), seen.way.end(),
-                     [&](std::size_t number) { return material_of(scene, number).only_mirrors(); });
+  return std::all_of(seen.way.begin(), seen.way.end(), [&](std::size_t number) {
+    return material_of(scene, scene.mirrors[number]).only_mirrors();
+  });
 }
 
 }  // namespace polyhull

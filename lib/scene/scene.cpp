@@ -93,9 +93,8 @@ std::vector<Mirror> find_mirrors(const Scene& scene) {
     if (!material.is_mirror()) continue;
     for (Plane& own : planes_of(scene.meshes[m])) {
       std::size_t k = 0;
-      while (k < mirrors.size() &&
-             !(same_plane(planes[k].normal, planes[k].offset, own) &&
-               alike(scene.materials[scene.meshes[mirrors[k].meshes[0]].material], material)))
+      while (k < mirrors.size() && !(same_plane(planes[k].normal, planes[k].offset, own) &&
+                                     alike(material_of(scene, mirrors[k]), material)))
         ++k;
       if (k == mirrors.size()) {
         mirrors.push_back({{}, own.normal, own.offset, {}});
@@ -107,6 +106,10 @@ std::vector<Mirror> find_mirrors(const Scene& scene) {
   }
   for (std::size_t k = 0; k < mirrors.size(); ++k) mirrors[k].outline = outline_of(planes[k]);
   return mirrors;
+}
+
+const Material& material_of(const Scene& scene, const Mirror& mirror) {
+  return scene.materials[scene.meshes[mirror.meshes[0]].material];
 }
 
 std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh) {

@@ -146,6 +146,9 @@ void save_scene(const Scene& scene, const std::string& path);
 /// The planar mirrors among the scene's meshes; curved ones are left out.
 std::vector<Mirror> find_mirrors(const Scene& scene);
 
+/// Of \p mirror, one of the scene's: how it mirrors is the same for all that it consists of.
+const Material& material_of(const Scene& scene, const Mirror& mirror);
+
 /// In which of Scene::mirrors each triangle of mesh \p mesh lies; -1: in none.
 std::vector<int> mirrors_of_triangles(const Scene& scene, std::size_t mesh);
 

@@ -31,10 +31,6 @@ bool none_of_eight(const std::uint8_t* bytes) {
   return all == 0;
 }
 
-const Material& material_of(const Scene& scene, const Mirror& mirror) {
-  return scene.materials[scene.meshes[mirror.meshes[0]].material];
-}
-
 }  // namespace
 
 /// One drawing of the scene over the screen: as the eye sees it, or as a mirror shows it.
