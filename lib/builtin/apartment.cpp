@@ -135,17 +135,10 @@ class Apartment {
     const int silver = material("mirror", Vec3f(0.9f));
     scene_.materials.back().roughness = 0.0f;
     scene_.materials.back().metallic = 1.0f;
-    const float x0 = -1.55f, x1 = 0.15f, y0 = 0.35f, y1 = 2.15f, z = -room_half;
-    mesh("painting") =
-        parallelogram("mirror", silver, {x0, y0, z + 0.03f}, {x1 - x0, 0, 0}, {0, y1 - y0, 0});
+    const Vec3f low(-1.55f, 0.35f, -room_half), across(1.7f, 0, 0), up(0, 1.8f, 0);
+    mesh("painting") = parallelogram("mirror", silver, low + Vec3f(0, 0, 0.03f), across, up);
     SceneMesh& frame = mesh("picture frame");
-    const int gilt = frame.material;
-    const float border = 0.06f, front = z + 0.055f;
-    frame = box("mirror frame", gilt, {x0 - border, y0 - border, z}, {x1 + border, y0, front});
-    append(frame,
-           box("mirror frame", gilt, {x0 - border, y1, z}, {x1 + border, y1 + border, front}));
-    append(frame, box("mirror frame", gilt, {x0 - border, y0, z}, {x0, y1, front}));
-    append(frame, box("mirror frame", gilt, {x1, y0, z}, {x1 + border, y1, front}));
+    frame = picture_frame("mirror frame", frame.material, low, across, up, {0, 0, 0.055f}, 0.06f);
   }
 
   /// Meshes of one name are one node; the door's turns in its hinges.

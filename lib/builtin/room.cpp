@@ -248,19 +248,8 @@ class Room {
   /// and \p up its edges, \p out the way from the wall into the room.
   void framed(const char* name, int canvas, int wood, const Vec3f& low, const Vec3f& across,
               const Vec3f& up, const Vec3f& out, float border) {
-    const Vec3f lift = 0.03f * out;
-    add(parallelogram(name, canvas, low + lift, across, up));
-    const Vec3f x = border * glm::normalize(across), y = border * glm::normalize(up);
-    const Vec3f depth = 0.055f * out;
-    SceneMesh frame;
-    const auto bar = [&](const Vec3f& a, const Vec3f& b) {
-      append(frame, box("picture frame", wood, glm::min(a, b + depth), glm::max(a, b + depth)));
-    };
-    bar(low - x - y, low + across + x);
-    bar(low + up - x, low + across + up + x + y);
-    bar(low - x, low + up);
-    bar(low + across, low + across + up + x);
-    add(std::move(frame));
+    add(parallelogram(name, canvas, low + 0.03f * out, across, up));
+    add(picture_frame("picture frame", wood, low, across, up, 0.055f * out, border));
   }
 
   void pictures() {

@@ -5,8 +5,6 @@
 #include <numbers>
 
 namespace polyhull {
-namespace {}  // namespace
-
 SceneMesh parallelogram(const std::string& name, int material, const Vec3f& corner, const Vec3f& a,
                         const Vec3f& b, const Vec2f& repeat) {
   SceneMesh mesh;
@@ -104,6 +102,20 @@ void append(SceneMesh& mesh, const SceneMesh& part) {
   mesh.texture_coordinates.insert(mesh.texture_coordinates.end(), part.texture_coordinates.begin(),
                                   part.texture_coordinates.end());
   for (const std::uint32_t index : part.triangles) mesh.triangles.push_back(base + index);
+}
+
+SceneMesh picture_frame(const std::string& name, int material, const Vec3f& low,
+                        const Vec3f& across, const Vec3f& up, const Vec3f& depth, float border) {
+  const Vec3f x = border * glm::normalize(across), y = border * glm::normalize(up);
+  SceneMesh frame;
+  const auto bar = [&](const Vec3f& a, const Vec3f& b) {
+    append(frame, box(name, material, glm::min(a, b + depth), glm::max(a, b + depth)));
+  };
+  bar(low - x - y, low + across + x);
+  bar(low + up - x, low + across + up + x + y);
+  bar(low - x, low + up);
+  bar(low + across, low + across + up + x);
+  return frame;
 }
 
 }  // namespace polyhull

@@ -32,4 +32,9 @@ SceneMesh sphere(const std::string& name, int material, const Vec3f& centre, flo
 /// Adds the triangles of \p part to \p mesh (which takes part's name and material if it is empty).
 void append(SceneMesh& mesh, const SceneMesh& part);
 
+/// Four bars around the rectangle at \p low with the edges \p across and \p up, along the axes: \p border wide, and
+/// from the rectangle's plane to \p depth before it.
+SceneMesh picture_frame(const std::string& name, int material, const Vec3f& low,
+                        const Vec3f& across, const Vec3f& up, const Vec3f& depth, float border);
+
 }  // namespace polyhull
