@@ -10,6 +10,7 @@
 /// they are at most 1024x512.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -36,6 +37,8 @@ struct EnvironmentPart {
   Vec3f across{1.0f, 0.0f, 0.0f};     ///< unit length, at a right angle to it
   Vec2f width{0.0f};                  ///< along across and upwards, radians
   Vec3f irradiance{0.0f};             ///< of a surface that faces it
+  /// Whether it throws shadows of edges that are to be seen as such: a sun, a lamp far away.
+  bool is_sharp() const { return std::max(width.x, width.y) < 0.2f; }
 };
 
 class Environment {
@@ -64,6 +67,10 @@ class Environment {
   /// Minimization Light Probe Sampling", SIGGRAPH 2009 posters): a sun stays whole.
   std::vector<EnvironmentPart> parts(std::size_t count) const;
 
+  /// Those of parts(\p count) that are not sharp, cut further in the same way until they are \p finer, or
+  /// cannot be cut. Neighbours in the list are mostly neighbours in direction, too.
+  std::vector<EnvironmentPart> soft_parts(std::size_t count, std::size_t finer) const;
+
   /// What is seen, turned by turn() of a whole turn; at most 4096x2048 pixels.
   const RadiancePicture& picture() const { return levels_.front(); }
   float turn() const { return turn_; }
@@ -88,6 +95,8 @@ class Environment {
   void make_irradiance();
   Region region(std::size_t layer, const std::array<int, 4>& cells) const;
   EnvironmentPart part_of(const Region& region) const;
+  std::vector<Region> regions(std::size_t count) const;
+  void cut(std::size_t count, std::vector<Region>& regions) const;
 
   float turn_;  // of a whole one
   std::uint64_t content_ = 0;

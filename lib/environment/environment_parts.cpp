@@ -118,13 +118,14 @@ EnvironmentPart Environment::part_of(const Region& region) const {
   const Vec3 level = std::abs(to.y) < 1.0 - 1e-9 ? Vec3(0.0, 1.0, 0.0) : Vec3(1.0, 0.0, 0.0);
   const Vec3 across = glm::normalize(glm::cross(level, to)), up = glm::cross(to, across);
   Vec2 variance(0.0);
+  const Vec2 pixel = std::numbers::pi / lighting_.height * Vec2(std::sqrt(1.0 - to.y * to.y), 1.0);
   for (int y = region.cells[2]; y < region.cells[3]; ++y)
     for (int x = region.cells[0]; x < region.cells[1]; ++x) {
       const Cell& cell = cells_[region.layer][static_cast<std::size_t>(y * 2 * cells_high_ + x)];
       if (!(cell.luminous > 0.0)) continue;
       const Vec3 mean = cell.moment() / cell.luminous;
-      // Within the cell alike in all directions.
-      const double own = 0.5 * std::max(1.0 - glm::dot(mean, mean), 0.0);
+      // Within the cell alike in all directions, and of pixels that have an extent.
+      const Vec2 own = 0.5 * std::max(1.0 - glm::dot(mean, mean), 0.0) + pixel * pixel / 12.0;
       const Vec2 aside(glm::dot(mean, across), glm::dot(mean, up));
       variance += cell.luminous / region.all.luminous * (aside * aside + own);
     }
@@ -138,7 +139,7 @@ EnvironmentPart Environment::part_of(const Region& region) const {
   return out;
 }
 
-std::vector<EnvironmentPart> Environment::parts(std::size_t count) const {
+std::vector<Environment::Region> Environment::regions(std::size_t count) const {
   std::vector<Region> regions;
   // Of the even light what is above the horizon and what is below: floors and ceilings are level.
   const int wide = 2 * cells_high_, middle = cells_high_ / 2;
@@ -146,6 +147,12 @@ std::vector<EnvironmentPart> Environment::parts(std::size_t count) const {
        {region(0, {0, wide, 0, middle}), region(0, {0, wide, middle, cells_high_}),
         region(1, {0, wide, 0, cells_high_})})
     if (all.all.luminous > 0.0) regions.push_back(all);
+  cut(count, regions);
+  return regions;
+}
+
+/// Cuts them until they are \p count; both halves of one stand where it was.
+void Environment::cut(std::size_t count, std::vector<Region>& regions) const {
   while (!regions.empty() && regions.size() < count) {
     const auto gain = [](const Region& region) { return region.spread - region.left; };
     const auto most =
@@ -157,11 +164,24 @@ std::vector<EnvironmentPart> Environment::parts(std::size_t count) const {
         second[2 * static_cast<std::size_t>(most->axis)] = most->cut;
     const std::size_t layer = most->layer;
     *most = region(layer, first);
-    regions.push_back(region(layer, second));
+    regions.insert(most + 1, region(layer, second));
   }
+  std::erase_if(regions,
+                [](const Region& region) { return glm::length(region.all.moment()) == 0.0; });
+}
+
+std::vector<EnvironmentPart> Environment::parts(std::size_t count) const {
   std::vector<EnvironmentPart> out;
-  for (const Region& region : regions)
-    if (glm::length(region.all.moment()) > 0.0) out.push_back(part_of(region));
+  for (const Region& region : regions(count)) out.push_back(part_of(region));
+  return out;
+}
+
+std::vector<EnvironmentPart> Environment::soft_parts(std::size_t count, std::size_t finer) const {
+  std::vector<Region> soft = regions(count);
+  std::erase_if(soft, [this](const Region& region) { return part_of(region).is_sharp(); });
+  cut(finer, soft);
+  std::vector<EnvironmentPart> out;
+  for (const Region& region : soft) out.push_back(part_of(region));
   return out;
 }
 

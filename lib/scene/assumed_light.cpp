@@ -68,6 +68,7 @@ std::vector<Light> environment_lights(const Scene& scene, std::size_t count) {
     light.u = Vec3f(distance * half.y * glm::cross(to, across));
     light.v = Vec3f(distance * half.x * across);
     light.radiance = part.irradiance / static_cast<float>(seen);
+    light.soft = !part.is_sharp();
     lights.push_back(std::move(light));
   }
   return lights;

@@ -79,6 +79,8 @@ struct Light {
   /// A spot's: radians from cross(u, v) up to which it shines fully, and from which not at all.
   float inner_cone = 0.0f, outer_cone = 0.0f;  ///< 0: it is none
   int node = -1;  ///< of the scene's file, in Scene::nodes; -1: not known
+  /// A part of an environment that throws no shadow of sharp edges (EnvironmentPart::is_sharp()).
+  bool soft = false;
   bool is_area() const { return glm::dot(glm::cross(u, v), glm::cross(u, v)) > 0.0f; }
   bool is_spot() const { return outer_cone > 0.0f && is_area(); }
   bool operator==(const Light&) const = default;

@@ -224,6 +224,23 @@ TEST(EnvironmentTest, SamplesAreUnbiased) {
 }
 
 // The parts together give a floor, or whatever sees all of them, what the picture does; the sun is one of them.
+// The parts that are not sharp, cut further, give what they gave.
+TEST(EnvironmentTest, FinerPartsGiveTheSame) {
+  const Environment environment(outdoors(64), 0.0, "it");
+  Vec3 coarse(0.0), fine(0.0);
+  std::size_t sharp = 0;
+  for (const EnvironmentPart& part : environment.parts(16))
+    if (part.is_sharp())
+      ++sharp;
+    else
+      coarse += Vec3(part.irradiance.y * part.direction);
+  EXPECT_EQ(sharp, 1u) << "the sun";
+  const auto parts = environment.soft_parts(16, 512);
+  EXPECT_EQ(parts.size(), 512u);
+  for (const EnvironmentPart& part : parts) fine += Vec3(part.irradiance.y * part.direction);
+  EXPECT_LT(glm::length(fine - coarse), 1e-3 * glm::length(coarse));
+}
+
 TEST(EnvironmentTest, PartsGiveWhatThePictureDoes) {
   const Environment environment(outdoors(64), 0.0, "it");
   for (const std::size_t count : {1u, 4u, 16u, 64u}) {
