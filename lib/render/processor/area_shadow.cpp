@@ -36,23 +36,9 @@ std::vector<Vec3f> light_places(const Light& light, int neighbours, const Shadow
 
 }  // namespace
 
-/// The pixels of the grid that this frame draws.
-Rectangle AreaShadow::drawn() const {
-  return intersection(
-      {blocks_.x * block, blocks_.y * block, blocks_.width * block, blocks_.height * block},
-      {0, 0, columns_, rows_});
-}
-
-/// Those of them up to \p reach pixels from (x, y).
+/// The pixels of the grid that this frame draws up to \p reach pixels from (x, y).
 Rectangle AreaShadow::around(int x, int y, int reach) const {
   return intersection({x - reach, y - reach, 2 * reach + 1, 2 * reach + 1}, drawn());
-}
-
-/// The block's pixels of the grid.
-Rectangle AreaShadow::pixels_of(std::size_t number) const {
-  const int left = static_cast<int>(number) % block_columns_ * block;
-  const int top = static_cast<int>(number) / block_columns_ * block;
-  return {left, top, std::min(block, columns_ - left), std::min(block, rows_ - top)};
 }
 
 /// Marks the pixels whose first rays differ, from each other or from those within two pixels.
@@ -72,54 +58,9 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
   });
 }
 
-/// Copies the block and its surroundings. Returns whether any light is taken there.
-bool AreaShadow::fill(std::size_t number, ShadowTile& tile) const {
-  const int left = static_cast<int>(number) % block_columns_ * block;
-  const int top = static_cast<int>(number) / block_columns_ * block;
-  constexpr int reach = ShadowTile::reach;
-  const Rectangle grid = drawn();
-  const PixelRays& rays = rays_of_pixels_;
-  const Vec3f ray = rays.at(step_ * left, step_ * top);
-  for (int k = 0; k < 3; ++k) {
-    tile.ray[k] = ray[k];
-    tile.ray_x[k] = static_cast<float>(step_) * rays.x[k];
-    tile.ray_y[k] = static_cast<float>(step_) * rays.y[k];
-  }
-  // What of it is drawn.
-  const int x0 = std::max(left - reach, grid.x), y0 = std::max(top - reach, grid.y);
-  const int x1 = std::min(left - reach + ShadowTile::stride, grid.x + grid.width);
-  const int y1 = std::min(top - reach + ShadowTile::stride, grid.y + grid.height);
-  bool any = false;
-  for (int y = y0; !any && y < y1; ++y) {
-    const float* row = &mean_[static_cast<std::size_t>(y) * columns_];
-    any = std::any_of(row + x0, row + x1, [](float mean) { return mean > 0.0f; });
-  }
-  if (!any) return false;
-  if (x1 - x0 < ShadowTile::stride || y1 - y0 < ShadowTile::stride) {
-    for (auto* values : {tile.inverse, tile.mean, tile.normal_x, tile.normal_y, tile.normal_z})
-      std::fill_n(values, ShadowTile::size, 0.0f);
-    std::fill_n(tile.any_normal, ShadowTile::size, 1.0f);
-  }
-  for (int y = y0; y < y1; ++y) {
-    const std::size_t from = static_cast<std::size_t>(y) * columns_ + x0;
-    const int to = (y - top + reach) * ShadowTile::stride + x0 - left + reach;
-    std::copy_n(&inverse_[from], x1 - x0, tile.inverse + to);
-    std::copy_n(&mean_[from], x1 - x0, tile.mean + to);
-    for (int x = 0; x < x1 - x0; ++x) {
-      const bool asked = candidate_[from + x];
-      const Vec3f normal = asked ? receivers_[from + x].normal : Vec3f(0.0f);
-      tile.normal_x[to + x] = normal.x;
-      tile.normal_y[to + x] = normal.y;
-      tile.normal_z[to + x] = normal.z;
-      tile.any_normal[to + x] = asked ? 0.0f : 1.0f;
-    }
-  }
-  return true;
-}
-
 void AreaShadow::gather(std::size_t number) {
   ShadowTile tile;
-  if (!fill(number, tile)) return;
+  if (!fill(number, mean_, tile)) return;
   const bool gathers = !recipe_.single;
   float means[block * block];
   if (gathers) Loops::best().gather(tile, means);
@@ -133,83 +74,32 @@ void AreaShadow::gather(std::size_t number) {
 }
 
 Rectangle AreaShadow::surroundings(const Rectangle& part, const LayerView& view) {
-  return intersection(
-      {part.x - margin, part.y - margin, part.width + 2 * margin, part.height + 2 * margin},
-      {0, 0, view.width, view.height});
+  return widened(part, view, margin);
 }
 
 Rectangle AreaShadow::asked(const Rectangle& part, const LayerView& view) {
-  if (part.empty()) return {};
-  constexpr int span = 2 * block;  // pixels of the picture
-  const Rectangle wide = surroundings(part, view);
-  const int left = wide.x / span * span, top = wide.y / span * span;
-  return {left, top, std::min((wide.x + wide.width + span - 1) / span * span, view.width) - left,
-          std::min((wide.y + wide.height + span - 1) / span * span, view.height) - top};
+  return in_whole_blocks(part, view, margin, 2 * block);
 }
 
-/// Makes room for the view's grid, and forgets what the view or other places on the light have made
-/// void. Returns whether what the scene hides from the light stays.
-bool AreaShadow::lay_out(const ShadowView& view, bool other_map, bool same_places) {
-  const LayerView& size = view.layer.view();
-  const int step = recipe_.ray_step;
-  const int columns = (size.width + step - 1) / step, lines = (size.height + step - 1) / step;
-  const auto count = static_cast<std::size_t>(columns) * lines;
-  const std::pair layers{view.layer.generation(),
-                         view.mirror ? view.mirror->layer.generation() : 0};
-  bool fresh = std::exchange(layers_, layers) != layers || step != step_;
-  if (fresh || columns != columns_ || lines != rows_) {
-    fresh = true;
-    step_ = step;
-    columns_ = columns;
-    rows_ = lines;
-    block_columns_ = (columns + block - 1) / block;
-    block_rows_ = (lines + block - 1) / block;
-    for (auto* numbers : {&inverse_, &sum_, &mean_, &gathered_}) numbers->resize(count);
-    for (auto* bytes : {&candidate_, &blocked_}) bytes->resize(count);
-    receivers_.resize(count);
+/// Forgets what the view or other places on the light have made void. Returns whether what the scene
+/// hides from the light stays.
+bool AreaShadow::forget(const ShadowView& view, bool other_map, bool same_places) {
+  const bool fresh = lay_out(view, recipe_.ray_step);
+  const std::size_t count = receivers_.size(), blocks = block_state_.size();
+  if (fresh) {
+    for (auto* numbers : {&sum_, &mean_, &gathered_}) numbers->resize(count);
+    blocked_.resize(count);
     in_light_.resize(count);
     for (auto* bits : {&open_known_, &open_}) bits->resize(count);
-    known_.assign(count, 0);
-  }
-  const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
-  if (fresh) {
     extents_.resize(blocks);
     for (auto* states : {&block_known_, &blank_}) states->assign(blocks, 0);
   } else if (other_map) {
     for (std::uint8_t& known : block_known_) known = std::min<std::uint8_t>(known, 1);
   }
-  block_state_.assign(blocks, 0);
   if (fresh || same_places)
     return !fresh;  // with a receiver comes that nothing is known of its light
   for (auto* bits : {&open_known_, &open_}) std::fill(bits->begin(), bits->end(), 0);
   return false;
-}
-
-/// Calls body(number) for the blocks of this frame whose state is at least \p least.
-template <class Body>
-void AreaShadow::in_blocks(std::uint8_t least, Body&& body) const {
-  parallel_for(static_cast<std::size_t>(blocks_.width) * blocks_.height, 2, 0,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t i = begin; i < end; ++i) {
-                   const std::size_t number = (blocks_.y + i / blocks_.width) * block_columns_ +
-                                              blocks_.x + i % blocks_.width;
-                   if (block_state_[number] >= least) body(number);
-                 }
-               });
-}
-
-/// A pixel between pixels of the grid takes from those to its right and below, too.
-void AreaShadow::mark_shaded() {
-  shaded_.assign(block_state_.size(), 0);
-  for (int y = blocks_.y; y < blocks_.y + blocks_.height; ++y) {
-    for (int x = blocks_.x; x < blocks_.x + blocks_.width; ++x) {
-      bool any = false;
-      for (int j = y; j <= std::min(y + 1, blocks_.y + blocks_.height - 1); ++j)
-        for (int i = x; i <= std::min(x + 1, blocks_.x + blocks_.width - 1); ++i)
-          any = any || block_state_[static_cast<std::size_t>(j) * block_columns_ + i] == 2;
-      shaded_[static_cast<std::size_t>(y) * block_columns_ + x] = any;
-    }
-  }
 }
 
 bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, const Light& light,
@@ -217,15 +107,10 @@ bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, co
   const bool same_places = light_ == light && recipe_ == recipe;
   light_ = light;
   recipe_ = recipe;
-  const Rectangle part = surroundings(shaded, view.layer.view());
-  rays_of_pixels_ = view.rays;
   const bool kept =
-      lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), same_places);
+      forget(view, std::exchange(map_, subjects.map()) != subjects.map(), same_places);
   if (!kept) places_ = light_places(light, neighbours, recipe_);
-  const int span = step_ * block;  // pixels of the picture
-  blocks_ = {part.x / span, part.y / span, 0, 0};
-  blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
-  blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
+  choose_blocks(surroundings(shaded, view.layer.view()));
   in_blocks(0, [&](std::size_t number) {
     block_state_[number] = may_shade(subjects.reach(), view, number);
   });

@@ -45,11 +45,6 @@ struct Lamp {
   SpotCone cone;
 };
 
-/// Which block of the sequence a pixel of the grid asks for: those of each 2 x 2 are consecutive.
-std::size_t neighbour(int x, int y) {
-  return static_cast<std::size_t>((x & 1) | (y & 1) << 1 | (x & 2) << 1 | (y & 2) << 2);
-}
-
 }  // namespace
 
 /// Whether a subject may shade any of the block's pixels.
@@ -63,21 +58,6 @@ bool AreaShadow::may_shade(const LightReach& reach, const ShadowView& view, std:
     extents_[number] = extent_of(reach, view, number);
   }
   return reach.may_shade(extents_[number]);
-}
-
-void AreaShadow::find_depths(const ShadowView& view, std::size_t number) {
-  for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    inverse_[pixel] = *view.layer.middle_inverse(step_ * x, step_ * y);
-  });
-}
-
-/// Whether what the block has is to be seen at all. Where none of the pixels up to those that are
-/// gathered show the mirror, nobody asks what is found there.
-bool AreaShadow::is_seen(const ShadowView& view, std::size_t number) const {
-  if (!view.mirror) return true;
-  const Rectangle part = pixels_of(number);
-  const Rectangle pixels{step_ * part.x, step_ * part.y, step_ * part.width, step_ * part.height};
-  return view.mirror->seen_in(surroundings(pixels, view.layer.view()));
 }
 
 /// Around the block's places in the light's map. What lies between the rays of four corners and
@@ -126,7 +106,7 @@ void AreaShadow::find_places(const LightReach& reach, const ShadowView& view, st
 /// these only.
 int AreaShadow::find_candidates(const LightReach& reach, const TracedScene& scene,
                                 const ShadowView& view, std::size_t number) {
-  const bool any = block_state_[number] > 0 && is_seen(view, number);
+  const bool any = block_state_[number] > 0 && is_seen(view, number, margin);
   if (!any && blank_[number]) return 0;
   blank_[number] = !any;
   if (any && block_known_[number] < 3) find_places(reach, view, number);
@@ -230,27 +210,15 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
   const LightReach::Place* const in_light = in_light_.data();
   const std::uint64_t *const open_known = open_known_.data(), *const open = open_.data();
 
-  const int right = (same & 1) | (same >> 1 & 2), down = (same >> 1 & 1) | (same >> 2 & 2);
   std::size_t count = 0;
-  for (int j = blocks_.y; j < blocks_.y + blocks_.height; ++j) {
-    for (int i = blocks_.x; i < blocks_.x + blocks_.width; ++i) {
-      const std::size_t number = static_cast<std::size_t>(j) * block_columns_ + i;
-      if (block_state_[number] == 0) continue;
-      const Rectangle part = pixels_of(number);
-      for (int y = part.y + down; y < part.y + part.height; y += 4) {
-        const std::size_t row = static_cast<std::size_t>(y) * columns_;
-        const std::size_t end = row + part.x + part.width;
-        for (std::size_t pixel = row + part.x + right; pixel < end; pixel += 4) {
-          const LightReach::Place& at = in_light[pixel];
-          pixels[count] = static_cast<std::uint32_t>(pixel);
-          in_x[count] = at.tangents.x;
-          in_y[count] = at.tangents.y;
-          in_w[count] = at.inverse;
-          count += candidate[pixel];
-        }
-      }
-    }
-  }
+  for_same(same, [&](std::size_t pixel) {
+    const LightReach::Place& at = in_light[pixel];
+    pixels[count] = static_cast<std::uint32_t>(pixel);
+    in_x[count] = at.tangents.x;
+    in_y[count] = at.tangents.y;
+    in_w[count] = at.inverse;
+    count += candidate[pixel];
+  });
   std::fill_n(hidden, count, 0);
   const std::size_t first = same * static_cast<std::size_t>(recipe_.rays);
   subjects.find_hidden(first, recipe_.rays, {static_cast<int>(count), in_x, in_y, in_w}, hidden);
@@ -316,7 +284,7 @@ std::uint64_t AreaShadow::trace(const ShadowCasters& subjects, const TracedScene
   const std::uint8_t least = first == 0 ? 1 : 2;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (candidate_[pixel] < least) return;
-    const std::size_t same = neighbour(x, y);
+    const auto same = static_cast<std::size_t>(neighbour(x, y));
     pixels[same][counts[same]++] = static_cast<std::uint32_t>(pixel);
   });
   const Lamp lamp(light);
