@@ -246,6 +246,23 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   return plan;
 }
 
+void join_soft_lights(const RenderFrame& frame, const RenderSettings& settings, RenderPlan& plan) {
+  const auto image = [](const PlacedSubject& subject) { return subject.image != nullptr; };
+  if (!frame.soft_light || settings.shadow == ShadowQuality::hard ||
+      std::any_of(plan.subjects.begin(), plan.subjects.end(), image))
+    return;
+  // Seen or not: the parts' shadows lie elsewhere than the lights'.
+  const auto soft = [&](std::size_t light) { return frame.lights[light].soft; };
+  plan.soft_lights = static_cast<std::size_t>(
+      std::count_if(plan.blocked_lights.begin(), plan.blocked_lights.end(), soft));
+  if (plan.soft_lights == 0) return;
+  std::erase_if(plan.lights, [&](const ShadowLight& light) { return soft(light.light); });
+  const Rectangle whole{0, 0, frame.width, frame.height};
+  plan.shadow = whole;
+  if (settings.mirror != MirrorMode::fresnel) return;
+  for (SeenMirror& mirror : plan.mirrors) mirror.shadow = settings.skip ? mirror.seen : whole;
+}
+
 Rectangle RenderPlan::mirror() const {
   Rectangle all;
   for (const SeenMirror& seen : mirrors) all = bounding(all, seen.image);

@@ -20,10 +20,11 @@
 
 namespace polyhull {
 
-struct DepthPicture;  // depth_picture.h
-struct LightLattice;  // light_lattice.h
-struct ScenePlanes;   // view/scene_planes.h
-class TracedScene;    // raytrace/traced_scene.h
+struct DepthPicture;     // depth_picture.h
+struct EnvironmentPart;  // environment/environment.h
+struct LightLattice;     // light_lattice.h
+struct ScenePlanes;      // view/scene_planes.h
+class TracedScene;       // raytrace/traced_scene.h
 
 /// How exactly the subjects' shadows of the scene's lights are drawn: shadow_recipe.h. hard is of the
 /// lights' middles alone.
@@ -80,6 +81,8 @@ struct RenderSubject {
   Grade grade;           ///< of its colours in that light
 };
 
+inline constexpr std::size_t max_soft_parts = 1024;
+
 /// What is to be drawn.
 struct RenderFrame {
   int width = 0;  ///< of the picture
@@ -90,6 +93,10 @@ struct RenderFrame {
   std::shared_ptr<const TracedScene> traced;
   /// The scene's as they are now, and after them environment_lights() times `sky`.
   std::vector<Light> lights;
+  /// Environment::soft_parts() of the same environment and number of lights, at most max_soft_parts, which
+  /// give what those of `lights` that are soft do where `sky` is 1: renderers may draw the shadow of these
+  /// instead, all in one. Null: none.
+  std::shared_ptr<const std::vector<EnvironmentPart>> soft_light;
   /// By Scene::mirrors: which are to show nobody; none: all may show somebody.
   std::vector<bool> mirrors_left_out;
   /// The same and the sky as bright as the scene's file has them: Announcement::undimmed.
@@ -145,6 +152,8 @@ struct RenderPlan {
   std::size_t mirrors_skipped = 0;  ///< of Scene::mirrors: nobody is seen in them, or is to be
   std::vector<ShadowLight>
       lights;  ///< those whose shadows are drawn; `shadow` and so on bound theirs
+  /// How many of the lights that throw shadows are drawn as RenderFrame::soft_light, and not among `lights`.
+  std::size_t soft_lights = 0;
   /// The lights that subjects can block, whether their shadows are in the picture or not: of all these
   /// together the renderers keep what is taken as a share.
   std::vector<std::size_t> blocked_lights;
@@ -172,6 +181,10 @@ SubjectsShape shape_of(const RenderPlan& plan);
 
 /// How many units of the scene a unit of \p subject's mesh is.
 double scale_of(const PlacedSubject& subject);
+
+/// Takes the soft lights of \p plan, which is of \p frame, together (RenderPlan::soft_lights), unless the
+/// frame or the shadow's quality is such that each is to be drawn. Their shadow may be anywhere.
+void join_soft_lights(const RenderFrame& frame, const RenderSettings& settings, RenderPlan& plan);
 
 /// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
 /// the viewport camera is not finite or degenerate, and for lights that are not finite or beyond

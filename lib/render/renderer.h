@@ -103,6 +103,9 @@ class Renderer {
   virtual std::string description() const = 0;
 
  protected:
+  /// Whether it draws the shadows of soft lights in one (join_soft_lights()).
+  virtual bool joins_soft_lights() const { return false; }
+
   /// The scene of \p frame ready for rays: RenderFrame::traced, or made when it is first asked for;
   /// null where it has no geometry. Throws Error as TracedScene.
   const TracedScene* traced(const RenderFrame& frame);

@@ -163,6 +163,7 @@ class FrameComposer {
     Bounds bounds;  // of the scene: they lie far outside of it
     std::size_t count = 0;
     std::vector<Light> lights;
+    std::shared_ptr<const std::vector<EnvironmentPart>> soft;  // RenderFrame::soft_light
   } around_;
   RenderFrame frame_;
   std::vector<float> opacities_;  // of its subjects

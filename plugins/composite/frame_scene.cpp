@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "environment/environment.h"
 #include "plugins/composite/frame.h"
 #include "scene/assumed_light.h"
 #include "scene/changes/mirror_choice.h"
@@ -68,13 +69,17 @@ void FrameComposer::add_environment(ShadowQuality quality) {
                             : quality == ShadowQuality::good ? 16
                                                              : 8;
   const std::shared_ptr<const Scene>& scene = frame_.scene;
+  frame_.soft_light.reset();
   if (!scene->environment) return;
   if (around_.scene != scene || around_.count != count) {
     // A scene that moves is another one in each frame, mostly in the same bounds.
     const Bounds bounds = scene_bounds(*scene);
     if (!around_.scene || around_.scene->environment != scene->environment ||
-        around_.bounds != bounds || around_.count != count)
+        around_.bounds != bounds || around_.count != count) {
       around_.lights = environment_lights(*scene, count);
+      around_.soft = std::make_shared<const std::vector<EnvironmentPart>>(
+          scene->environment->soft_parts(count, 32 * count));
+    }
     around_.scene = scene;
     around_.bounds = bounds;
     around_.count = count;
@@ -85,6 +90,7 @@ void FrameComposer::add_environment(ShadowQuality quality) {
       lights.push_back(std::move(light));
     }
   };
+  frame_.soft_light = around_.soft;
   if (frame_.undimmed_sky && frame_.undimmed.empty()) frame_.undimmed = frame_.lights;
   if (!frame_.undimmed.empty()) add(frame_.undimmed_sky.value_or(frame_.sky), frame_.undimmed);
   add(frame_.sky, frame_.lights);
@@ -113,6 +119,7 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
                     : frame_.scene          ? frame_.scene->exposure
                                             : 1.0f;
   frame_.ambient = frame_.sky = Vec3f(0.0f);
+  frame_.soft_light.reset();
   frame_.undimmed.clear();
   frame_.undimmed_sky.reset();
 }

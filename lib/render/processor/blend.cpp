@@ -75,6 +75,7 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
   for (const std::size_t light : plan.blocked_lights) all += power_of(light);
   for (const ShadowLight& light : plan.lights)
     powers_.push_back(share_of(power_of(light.light), all));
+  soft_power_ = share_of(frame.sky * (frame.exposure / std::numbers::pi_v<float>), all);
   for (int c = 0; c < 3; ++c) power_[c] = all[c];
   const float most = std::max({power_[0], power_[1], power_[2]});
   least_taken_ = 0.999f * BlendPixels::least_missing / std::max(most, 1e-30f);
@@ -165,12 +166,19 @@ std::vector<Blend::Shadow> Blend::shadows_of(int y, AllMissing& missing) const {
     const ShadowLight& light = plan_.lights[i];
     const LightShadow& shadow = *layers_.shadows[i];
     if (within(light.seen))
-      shadows.push_back({&shadow.seen, &layers_.direct, powers_[i], &missing.seen});
+      shadows.push_back({&shadow.seen, nullptr, &layers_.direct, powers_[i], &missing.seen});
     for (std::size_t m = 0; m < light.in_mirrors.size(); ++m)
       if (within(light.in_mirrors[m]))
-        shadows.push_back(
-            {shadow.in_mirrors[m], &layers_.mirrors[m]->scene, powers_[i], &missing.in_mirrors[m]});
+        shadows.push_back({shadow.in_mirrors[m], nullptr, &layers_.mirrors[m]->scene, powers_[i],
+                           &missing.in_mirrors[m]});
   }
+  if (plan_.soft_lights == 0) return shadows;
+  if (within(plan_.shadow))
+    shadows.push_back({nullptr, &layers_.soft, &layers_.direct, soft_power_, &missing.seen});
+  for (std::size_t m = 0; m < plan_.mirrors.size(); ++m)
+    if (within(plan_.mirrors[m].shadow))
+      shadows.push_back({nullptr, &layers_.mirrors[m]->soft, &layers_.mirrors[m]->scene,
+                         soft_power_, &missing.in_mirrors[m]});
   return shadows;
 }
 
@@ -179,15 +187,19 @@ std::vector<Blend::Shadow> Blend::shadows_of(int y, AllMissing& missing) const {
 bool Blend::find_missing(int x, int y, const std::vector<Shadow>& shadows) {
   for (const Shadow& shadow : shadows) shadow.into->any = false;
   bool any = false;
-  float taken[16];
-  for (const auto& [shadow, layer, power, missing] : shadows) {
-    if (!shadow->reaches(x, y) || !shadow->taken(*layer, x, y, taken)) continue;
+  float taken[3][16];
+  for (const auto& [shadow, soft, layer, power, missing] : shadows) {
+    if (shadow ? !shadow->reaches(x, y) || !shadow->taken(*layer, x, y, taken[0])
+               : !soft->reaches(x, y) || !soft->taken(*layer, x, y, taken))
+      continue;
     const bool first = !std::exchange(missing->any, true);
     any = true;
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c) {
+      const float* const lost = taken[shadow ? 0 : c];
       for (int i = 0; i < 16; ++i)
         missing->taken[c][i] =
-            first ? power[c] * taken[i] : missing->taken[c][i] + power[c] * taken[i];
+            first ? power[c] * lost[i] : missing->taken[c][i] + power[c] * lost[i];
+    }
   }
   return any;
 }

@@ -13,6 +13,7 @@
 #include "render/processor/mirror_view.h"
 #include "render/processor/scene/albedo_layer.h"
 #include "render/processor/scene/scene_layer.h"
+#include "render/processor/soft_shadow.h"
 #include "render/processor/subject_layer.h"
 #include "render/yuv/yuv_picture.h"
 
@@ -26,6 +27,7 @@ struct LightShadow {
 
 /// What one of the plan's mirrors shows.
 struct MirrorLayers {
+  SoftShadow soft;  ///< on the scene there
   SceneLayer scene;
   AlbedoLayer albedo;
   SubjectLayer image;                ///< the subjects
@@ -41,6 +43,7 @@ struct Layers {
   AlbedoLayer albedo;                       ///< of that
   std::vector<MirrorLayers*> mirrors;       ///< as RenderPlan::mirrors
   std::vector<const LightShadow*> shadows;  ///< as RenderPlan::lights
+  SoftShadow soft;                          ///< of RenderPlan::soft_lights, on direct
   std::vector<ReadySubject> subjects;
   SubjectLayer front;  ///< the subjects before the viewport
 };
@@ -127,9 +130,10 @@ class Blend {
     Missing seen, in_mirrors[most_mirrors];
   };
 
-  /// A light's shadow that a row may have.
+  /// A light's shadow that a row may have, or all soft lights'.
   struct Shadow {
-    const AreaShadow* shadow;
+    const AreaShadow* shadow;  // null: soft
+    const SoftShadow* soft;
     const SceneLayer* layer;
     Vec3f power;
     Missing* into;
@@ -173,6 +177,7 @@ class Blend {
   PictureTarget target_;
   float power_[3] = {};        // of all lights together, as a picture value per albedo and E
   std::vector<Vec3f> powers_;  // of each, as a share of that
+  Vec3f soft_power_{0.0f};     // the same of SoftShadow's E
   float least_taken_ = 0.0f;   // what is less is no change
 };
 

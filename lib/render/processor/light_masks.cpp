@@ -29,7 +29,7 @@ void transpose(std::array<std::uint64_t, 64>& rows) {
 }  // namespace
 
 bool LightMasks::set(const LightReach& reach, std::span<const Vec3f> points,
-                     std::span<const std::uint32_t> triangles) {
+                     std::span<const std::uint32_t> triangles, int finest) {
   map_ = reach.map();
   if (map_.point || map_.everywhere || points.empty()) return false;
   corners_.clear();
@@ -52,10 +52,17 @@ bool LightMasks::set(const LightReach& reach, std::span<const Vec3f> points,
   // As fine as the subject's size asks for, but no finer than sections lie apart.
   constexpr float most_moved = 2.0f * sections;
   const Vec2f moved = map_.extent * range;
-  scale_ = glm::min(static_cast<float>(texels) / glm::max(high - low_, Vec2f(1e-6f)),
+  scale_ = glm::min(static_cast<float>(finest) / glm::max(high - low_, Vec2f(1e-6f)),
                     most_moved / moved);
-  width_ = texels + static_cast<int>(moved.x * scale_.x) + 4;
-  height_ = texels + static_cast<int>(moved.y * scale_.y) + 4;
+  // Of the sections whole words, and eights of rows.
+  const Vec2f size = (high - low_) * scale_;
+  const auto whole = [](float at, int parts) {
+    return std::min((static_cast<int>(at) + parts) / parts * parts, texels);
+  };
+  columns_used_ = whole(size.x, 64);
+  rows_used_ = whole(size.y, 8);
+  width_ = columns_used_ + static_cast<int>(moved.x * scale_.x) + 4;
+  height_ = rows_used_ + static_cast<int>(moved.y * scale_.y) + 4;
   columns_ = static_cast<std::size_t>(width_) / 32 + 1;
   for (Vec3f& corner : corners_)
     corner = Vec3f((Vec2f(corner) - low_) * scale_, (corner.z - deepest_) * per_section_);
@@ -66,17 +73,21 @@ bool LightMasks::set(const LightReach& reach, std::span<const Vec3f> points,
 
 /// Finds which sections lie inside, in the middle of each texel: below each surface there all turn over.
 void LightMasks::cut(std::span<const std::uint32_t> triangles) {
-  for (auto* bits : {&inside_, &surface_}) bits->assign(std::size_t{texels} * texels, 0);
+  for (auto* bits : {&inside_, &surface_}) {
+    bits->resize(std::size_t{texels} * texels);
+    std::fill_n(bits->begin(), static_cast<std::size_t>(rows_used_) * texels, 0);
+  }
   for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) {
     const Vec3f* p[3] = {&corners_[triangles[i]], &corners_[triangles[i + 1]],
                          &corners_[triangles[i + 2]]};
+    const auto row_from = [](float y) { return static_cast<int>(std::ceil(y - 0.5f)); };
+    const int first = std::max(row_from(std::min({p[0]->y, p[1]->y, p[2]->y})), 0);
+    const int end = std::min(row_from(std::max({p[0]->y, p[1]->y, p[2]->y})), rows_used_);
+    if (first >= end) continue;  // most of those that are smaller than a texel
     std::sort(p, p + 3, [](const Vec3f* a, const Vec3f* b) {
       return a->y < b->y || (a->y == b->y && a->x < b->x);
     });
     const Vec3f &a = *p[0], &b = *p[1], &c = *p[2];
-    const int first = std::max(static_cast<int>(std::ceil(a.y - 0.5f)), 0);
-    const int end = std::min(static_cast<int>(std::ceil(c.y - 0.5f)), texels);
-    if (first >= end) continue;
     const float area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
     if (area == 0.0f) continue;
     const float per_x = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
@@ -91,7 +102,7 @@ void LightMasks::cut(std::span<const std::uint32_t> triangles) {
       const float whole = cross(a, c), part = y < b.y ? cross(a, b) : cross(b, c);
       const float left = std::min(whole, part), right = std::max(whole, part);
       const int begin = std::max(static_cast<int>(std::ceil(left - 0.5f)), 0);
-      const int stop = std::min(static_cast<int>(std::ceil(right - 0.5f)), texels);
+      const int stop = std::min(static_cast<int>(std::ceil(right - 0.5f)), columns_used_);
       for (int x = begin; x < stop; ++x) {
         const float at = a.z + (static_cast<float>(x) + 0.5f - a.x) * per_x + (y - a.y) * per_y;
         const float w = std::clamp(at, lowest, highest);
@@ -106,11 +117,14 @@ void LightMasks::cut(std::span<const std::uint32_t> triangles) {
 /// From texels to sections. What is thinner than a section lies in one; where a surface is open, there
 /// is the surface alone.
 void LightMasks::part() {
-  sections_.assign(std::size_t{sections} * across * texels, 0);
+  sections_.resize(std::size_t{sections} * across * texels);
+  for (int k = 0; k < sections; ++k)
+    for (int column = 0; column < columns_used_ / 32; ++column)
+      std::fill_n(&sections_[section_word(k, column, 0)], rows_used_, 0);
   for (auto& columns : rows_) std::fill(std::begin(columns), std::end(columns), Rows{});
   std::array<std::uint64_t, 64> bits;
-  for (int row = 0; row < texels; ++row) {
-    for (int word = 0; word < texels / 64; ++word) {
+  for (int row = 0; row < rows_used_; ++row) {
+    for (int word = 0; word < columns_used_ / 64; ++word) {
       std::uint64_t any = 0;
       for (std::size_t i = 0; i < 64; ++i) {
         const std::size_t texel = static_cast<std::size_t>(row) * texels + 64 * word + i;
@@ -198,7 +212,8 @@ bool LightMasks::is_hidden(std::size_t number, const Vec3f& at) const {
   for (int k = std::max(static_cast<int>(nearer), 0); k < sections; ++k) {
     const Vec2f texel = Vec2f(at) * scale_ + shift.origin + at.z * shift.per_inverse -
                         Vec2f(shift.x[k], shift.y[k]);
-    if (!(texel.x >= 0.0f && texel.y >= 0.0f && texel.x < texels && texel.y < texels)) continue;
+    if (!(texel.x >= 0.0f && texel.y >= 0.0f)) continue;
+    if (!(texel.x < columns_used_ && texel.y < rows_used_)) continue;
     const int x = static_cast<int>(texel.x), y = static_cast<int>(texel.y);
     if (sections_[section_word(k, x / 32, y)] >> (x % 32) & 1) return true;
   }

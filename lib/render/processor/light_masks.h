@@ -26,10 +26,10 @@ class LightMasks {
   static constexpr int sections = 63, texels = 256;
 
   /// Cuts the triangles (three points each, scene coordinates) into sections for the area light of
-  /// \p reach. Returns false, and is not to be asked, where they come so near to the light's plane that
+  /// \p reach, at most \p finest texels on a side of the subject. Returns false, and is not to be asked, where they come so near to the light's plane that
   /// the sections lie too far from each other.
   bool set(const LightReach& reach, std::span<const Vec3f> points,
-           std::span<const std::uint32_t> triangles);
+           std::span<const std::uint32_t> triangles, int finest = texels);
 
   /// Makes the images for \p places on the light (scene coordinates).
   void aim(std::span<const Vec3f> places);
@@ -53,12 +53,13 @@ class LightMasks {
   MaskImage image(std::size_t number) const;
 
   LightReach::Map map_;
-  Vec2f low_{0.0f}, scale_{0.0f};  // of the sections: texel = (m - low) * scale
-  float deepest_ = 0.0f;           // the subject's smallest w
-  float per_section_ = 0.0f;       // sections to a unit of w
-  int width_ = 0, height_ = 0;     // of an image, with an empty texel all around
-  std::size_t columns_ = 0;        // of an image, a word wide
-  std::vector<Vec3f> corners_;     // of the subject: texel and section
+  Vec2f low_{0.0f}, scale_{0.0f};         // of the sections: texel = (m - low) * scale
+  float deepest_ = 0.0f;                  // the subject's smallest w
+  float per_section_ = 0.0f;              // sections to a unit of w
+  int columns_used_ = 0, rows_used_ = 0;  // texels of the sections that the subject lies in
+  int width_ = 0, height_ = 0;            // of an image, with an empty texel all around
+  std::size_t columns_ = 0;               // of an image, a word wide
+  std::vector<Vec3f> corners_;            // of the subject: texel and section
   // By texel: a bit for each section that lies inside, and the last for an open surface; the sections of
   // the surface.
   std::vector<std::uint64_t> inside_, surface_;

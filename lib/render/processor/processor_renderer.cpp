@@ -45,6 +45,7 @@ struct ProcessorRenderer::State : Layers {
   SolidSubjects solid;
   std::map<std::size_t, KnownLight> known;  // by number
   std::vector<KnownLight*> lights;          // of this frame, as RenderPlan::lights
+  SoftMasks soft_masks;
   ByWay<MirrorLayers> known_mirrors;
   std::vector<std::uint8_t> background_copy;
 
@@ -63,7 +64,10 @@ struct ProcessorRenderer::State : Layers {
   void draw_mirror(const SeenMirror& seen, const LayerView& view, MirrorLayers& own);
   std::vector<std::vector<Rectangle>> sampled_parts(const RenderPlan& plan, const LayerView& view);
   ShadowView view_in_mirror(const RenderPlan& plan, std::size_t number) const;
-  void draw_shadows(const RenderFrame& frame, const RenderPlan& plan, RenderStatistics& statistics);
+  void draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
+                    const RenderSettings& settings, RenderStatistics& statistics);
+  void draw_soft_shadows(const RenderPlan& plan, const ShadowView& view,
+                         const RenderSettings& settings, RenderStatistics& statistics);
 };
 
 ProcessorRenderer::ProcessorRenderer() : state_(std::make_unique<State>()) {}
@@ -177,21 +181,29 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
                                        RenderStatistics& statistics) {
   const bool same = settings.skip && still(plan);
   choose_lights(plan, same);
+  if (plan.soft_lights > 0)
+    soft_masks.set(plan, frame.soft_light, same);
+  else
+    soft_masks.forget();
   std::atomic<double> prepared[2] = {0.0, 0.0};  // seconds
-  parallel_for(1 + lights.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+  const std::size_t lamps = 1 + lights.size(),
+                    tasks = lamps + (plan.soft_lights > 0 ? SoftMasks::sides : 0);
+  parallel_for(tasks, 1, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t task = begin; task < end; ++task) {
       Stopwatch own;
       if (task == 0) {
         ready_subjects(plan, settings, statistics);
         bring_to_screen(frame, plan);
-      } else {
+      } else if (task < lamps) {
         ready_light(frame, plan, settings, task - 1, same);
+      } else {
+        soft_masks.cut(plan, task - lamps);
       }
       prepared[task == 0 ? 0 : 1] += own.lap();
     }
   });
   statistics.passes.push_back({"upload", 1e3 * prepared[0], -1.0});
-  if (!lights.empty()) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
+  if (tasks > 1) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 }
 
 /// What is kept of a scene; the next one may take its address.
@@ -228,10 +240,13 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   if (fresh) albedo.reset({0, 0, view.width, view.height}, Vec3f(plan.eye), rays);
   if (!traced) return;
 
-  bool drawn = direct.ensure_middles(AreaShadow::asked(plan.shadow, view));
+  const auto asked = [&](const Rectangle& part) {
+    return plan.soft_lights > 0 ? SoftShadow::asked(part, view) : AreaShadow::asked(part, view);
+  };
+  bool drawn = direct.ensure_middles(asked(plan.shadow));
   for (std::size_t i = 0; i < mirrors.size(); ++i) {
     draw_mirror(plan.mirrors[i], view, *mirrors[i]);
-    const Rectangle shadow = AreaShadow::asked(plan.mirrors[i].shadow, view);
+    const Rectangle shadow = asked(plan.mirrors[i].shadow);
     drawn = mirrors[i]->scene.ensure_middles(bounding(plan.mirrors[i].image, shadow)) || drawn;
   }
   const std::vector<std::vector<Rectangle>> sampled = sampled_parts(plan, view);
@@ -275,6 +290,8 @@ std::vector<std::vector<Rectangle>> ProcessorRenderer::State::sampled_parts(cons
       const std::vector<Rectangle> reached = shadow->reached(view);
       parts.insert(parts.end(), reached.begin(), reached.end());
     }
+    if (plan.soft_lights > 0 && !plan.mirrors[m].shadow.empty())
+      parts.push_back(SoftShadow::asked(plan.mirrors[m].shadow, view));
     // Of all that show it, up to the viewport.
     for (int outer = plan.mirrors[m].within;; outer = plan.mirrors[outer].within) {
       std::vector<Rectangle>& asked = outer < 0 ? out.back() : out[static_cast<std::size_t>(outer)];
@@ -292,8 +309,27 @@ ShadowView ProcessorRenderer::State::view_in_mirror(const RenderPlan& plan,
   return {mirrors[number]->scene, Vec3f(seen.eye), seen.rays, &*mirrors[number]->aperture};
 }
 
+/// That of all soft lights, there and there.
+void ProcessorRenderer::State::draw_soft_shadows(const RenderPlan& plan, const ShadowView& view,
+                                                 const RenderSettings& settings,
+                                                 RenderStatistics& statistics) {
+  if (plan.soft_lights == 0) return;
+  const int step = settings.shadow == ShadowQuality::best ? 2 : 4;
+  soft_masks.aim();
+  const bool kept = soft.draw(soft_masks, *scene, view, plan.shadow, step);
+  statistics.static_shadow_reused = statistics.static_shadow_reused && kept;
+  statistics.rays += soft.rays();
+  for (std::size_t m = 0; m < mirrors.size(); ++m) {
+    if (plan.mirrors[m].shadow.empty()) continue;
+    SoftShadow& own = mirrors[m]->soft;
+    own.draw(soft_masks, *scene, view_in_mirror(plan, m), plan.mirrors[m].shadow, step);
+    statistics.rays += own.rays();
+  }
+}
+
 /// The shadows as the viewport sees them, and as the mirror shows them.
 void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
+                                            const RenderSettings& settings,
                                             RenderStatistics& statistics) {
   const ShadowView view{direct, Vec3f(plan.eye),
                         PixelRays(resized(frame.viewport, frame.width, frame.height))};
@@ -312,6 +348,7 @@ void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const Rend
       statistics.rays += own.in_mirrors[m]->rays();
     }
   }
+  draw_soft_shadows(plan, view, settings, statistics);
 }
 
 void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
@@ -335,7 +372,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   statistics_ = {};
   statistics_.subject_skipped = plan.subject.empty();
   statistics_.shadow_skipped = plan.shadow.empty();
-  statistics_.shadow_lights = plan.lights.size();
+  statistics_.shadow_lights = plan.lights.size() + plan.soft_lights;
   statistics_.lights_skipped = plan.lights_skipped;
   statistics_.set_mirrors(plan);
   const Rectangle changed = plan.changed();
@@ -354,8 +391,8 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   watch.lap();
   s.draw_scene(frame, plan, settings, statistics_);
   pass("scene-depth");
-  s.draw_shadows(frame, plan, statistics_);
-  if (!plan.lights.empty()) pass("shadow");
+  s.draw_shadows(frame, plan, settings, statistics_);
+  if (!plan.lights.empty() || plan.soft_lights > 0) pass("shadow");
 
   const std::uint8_t* unchanged = background;
   if (background == target.pixels && !(plan.mirror().empty() && plan.mirror_shadow().empty())) {

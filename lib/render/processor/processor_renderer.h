@@ -29,6 +29,9 @@ class ProcessorRenderer : public Renderer {
                   const YuvPicture& target) override;
   std::string description() const override;
 
+ protected:
+  bool joins_soft_lights() const override { return true; }
+
  private:
   struct State;
   void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,

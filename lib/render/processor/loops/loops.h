@@ -103,6 +103,14 @@ struct ShadowRows {
   const float *inverse[2], *taken[2];
 };
 
+/// What a coarser grid says, by channel, of its pixels around 16 of the picture's row.
+struct SoftRows {
+  static constexpr int most = 9;
+  int step = 4;        ///< pixels of the picture from one of the grid to the next, 2 or 4
+  float below = 0.0f;  ///< how far below the upper row these are, of the way to the lower one
+  float inverse[2][most], taken[2][3][most];
+};
+
 /// An image of bits, with a column and a row of zeros all around (light_masks.h): word
 /// x / 32 * height + y has the bits of columns x / 32 * 32 and on of row y, from the lowest on.
 struct MaskImage {
@@ -184,6 +192,8 @@ struct Loops {
   /// What 16 pixels of a picture's row take, from the grid's pixels around them (every second one
   /// of every second row) that lie as deep; \p inverse 1/z at theirs.
   void (*take)(const ShadowRows& rows, const float* inverse, float* taken);
+  /// The same by channel from a coarser grid's four around each, the nearer ones more (bilinear).
+  void (*take_soft)(const SoftRows& rows, const float* inverse, float (&taken)[3][16]);
   /// Sets in \p to and \p next the bits of the 8 * \p eights words \p from, moved up by \p bits, 0 to
   /// 31: those that leave a word of \p to come into that of \p next.
   void (*shift_onto)(const std::uint32_t* from, int eights, int bits, std::uint32_t* to,

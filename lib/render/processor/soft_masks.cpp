@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/soft_masks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/thread_pool.h"
+
+namespace polyhull::processor {
+namespace {
+
+constexpr float far = 500.0f;  // sizes of the subjects' box
+constexpr int finest = 80;     // texels: some 2 cm of a person
+
+std::size_t side_of(const Vec3f& way) {
+  const Vec3f size = glm::abs(way);
+  const int axis = size.y >= size.x && size.y >= size.z ? 1 : size.x >= size.z ? 0 : 2;
+  return 2 * static_cast<std::size_t>(axis) + (way[axis] < 0.0f);
+}
+
+Vec3f axis_of(std::size_t side) {
+  Vec3f axis(0.0f);
+  axis[static_cast<int>(side / 2)] = side % 2 ? -1.0f : 1.0f;
+  return axis;
+}
+
+}  // namespace
+
+/// Neighbours of the list come into different sets.
+void SoftMasks::choose_directions() {
+  for (std::size_t set = 0; set < sets; ++set) {
+    set_[set].clear();
+    for (std::size_t i = set; i < parts_->size() && set_[set].size() < most; i += sets)
+      set_[set].push_back((*parts_)[i]);
+    std::stable_sort(set_[set].begin(), set_[set].end(),
+                     [](const EnvironmentPart& a, const EnvironmentPart& b) {
+                       return side_of(a.direction) < side_of(b.direction);
+                     });
+  }
+}
+
+/// Puts the cube around \p people.
+void SoftMasks::place(const Bounds& people) {
+  const Vec3f middle(0.5 * (people.min + people.max));
+  const float distance = far * static_cast<float>(glm::distance(people.min, people.max));
+  for (std::size_t k = 0; k < sides; ++k) {
+    Side& side = sides_[k];
+    const Vec3f axis = axis_of(k), u = distance * Vec3f(axis.z, axis.x, axis.y);
+    side.light = {};
+    side.light.centre = middle + distance * axis;
+    side.light.u = u;
+    side.light.v = glm::cross(u, axis);  // shines to cross(u, v), inwards
+    side.places.clear();
+    for (std::size_t set = 0; set < sets; ++set) {
+      side.first[set] = side.places.size();
+      for (const EnvironmentPart& part : set_[set])
+        if (side_of(part.direction) == k)
+          side.places.push_back(middle +
+                                distance / glm::dot(part.direction, axis) * part.direction);
+    }
+    side.first[sets] = side.places.size();
+  }
+}
+
+void SoftMasks::set(const RenderPlan& plan, const Parts& parts, bool same) {
+  if (same && parts == parts_) return;
+  if (std::exchange(parts_, parts) != parts) {
+    ++directions_;
+    choose_directions();
+  }
+  Bounds people = plan.subjects.front().bounds;
+  balls_.clear();
+  for (const PlacedSubject& subject : plan.subjects) {
+    const Bounds& own = subject.bounds;
+    people = {glm::min(people.min, own.min), glm::max(people.max, own.max)};
+    balls_.push_back({Vec3f(0.5 * (own.min + own.max)),
+                      1.001f * static_cast<float>(0.5 * glm::distance(own.min, own.max))});
+  }
+  place(people);
+  for (Side& side : sides_) side.cut = false;
+  aimed_ = false;
+}
+
+void SoftMasks::cut(const RenderPlan& plan, std::size_t number) {
+  Side& side = sides_[number];
+  if (std::exchange(side.cut, true) || side.places.empty()) return;
+  const std::size_t count = plan.subjects.size();
+  side.masks.resize(count);
+  side.any.assign(count, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const PlacedSubject& subject = plan.subjects[i];
+    side.reach.build(side.light, subject.points, {});  // of which the light's axes are wanted alone
+    side.any[i] =
+        side.masks[i].set(side.reach, subject.points, subject.mesh->hull.triangles, finest);
+  }
+}
+
+void SoftMasks::aim() {
+  if (std::exchange(aimed_, true)) return;
+  for (Side& side : sides_)
+    for (std::size_t i = 0; i < side.any.size(); ++i)
+      if (side.any[i] && !side.places.empty()) side.masks[i].aim(side.places);
+}
+
+bool SoftMasks::may_hide(const Receiver& receiver) const {
+  return std::any_of(balls_.begin(), balls_.end(), [&](const Ball& ball) {
+    return glm::dot(receiver.normal, ball.centre - receiver.point) > -ball.radius;
+  });
+}
+
+void SoftMasks::find_hidden(int set, std::span<const Vec3f> points, std::uint64_t* hidden) const {
+  struct Scratch {
+    std::vector<float> x, y, w;
+    std::vector<std::uint32_t> found;
+  };
+  thread_local Scratch s;
+  for (auto* numbers : {&s.x, &s.y, &s.w}) numbers->resize(points.size());
+  int bit = 0;
+  for (const Side& side : sides_) {
+    const std::size_t first = side.first[static_cast<std::size_t>(set)];
+    const int count = static_cast<int>(side.first[static_cast<std::size_t>(set) + 1] - first);
+    if (count == 0) continue;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const LightReach::Place at = side.reach.place(points[k]);
+      s.x[k] = at.tangents.x;
+      s.y[k] = at.tangents.y;
+      s.w[k] = at.inverse;
+    }
+    const MaskPoints receivers{static_cast<int>(points.size()), s.x.data(), s.y.data(), s.w.data()};
+    for (int done = 0; done < count; done += 32) {
+      s.found.assign(points.size(), 0);
+      for (std::size_t i = 0; i < side.any.size(); ++i)
+        if (side.any[i])
+          side.masks[i].find_hidden(first + static_cast<std::size_t>(done),
+                                    std::min(count - done, 32), receivers, s.found.data());
+      for (std::size_t k = 0; k < points.size(); ++k)
+        hidden[k] |= std::uint64_t{s.found[k]} << (bit + done);
+    }
+    bit += count;
+  }
+}
+
+}  // namespace polyhull::processor

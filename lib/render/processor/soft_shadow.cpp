@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/soft_shadow.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <utility>
+
+namespace polyhull::processor {
+
+Rectangle SoftShadow::asked(const Rectangle& part, const LayerView& view) {
+  const Rectangle blocks = in_whole_blocks(part, view, margin, coarsest * block);
+  return widened(blocks, view, margin);
+}
+
+/// Returns whether a subject may shade any pixel of the block; what they are made of is asked for these.
+bool SoftShadow::find_candidates(const SoftMasks& subjects, const TracedScene& scene,
+                                 const ShadowView& view, std::size_t number) {
+  if (!std::exchange(block_known_[number], 1)) find_depths(view, number);
+  const bool seen = is_seen(view, number, margin);
+  bool any = false;
+  ReceiverFinder receivers(scene, view.layer, view.eye);
+  for_pixels(number, [&](std::size_t pixel, int x, int y) {
+    candidate_[pixel] = 0;
+    for (auto* planes : {&sum_, &gathered_})
+      for (std::vector<float>& plane : *planes) plane[pixel] = 0.0f;
+    if (!seen || !(inverse_[pixel] > 0.0f)) return;
+    if (!known_[pixel]) {
+      known_[pixel] = 1;
+      receivers_[pixel] = receivers.at(step_ * x, step_ * y, view.rays.at(step_ * x, step_ * y));
+      open_known_[pixel] = open_[pixel] = 0;
+    }
+    candidate_[pixel] = subjects.may_hide(receivers_[pixel]);
+    any = any || candidate_[pixel];
+  });
+  return any;
+}
+
+/// Whether the scene lets light from \p way, which is \p bit of their set, come to the pixels, which is not
+/// known. Returns how many rays were traced.
+std::uint64_t SoftShadow::find_open(const TracedScene& scene, const Vec3f& way, std::uint64_t bit,
+                                    const std::vector<std::uint32_t>& pixels) {
+  struct Scratch {
+    std::vector<Ray> rays;
+    std::vector<std::uint32_t> pixels;
+    std::vector<std::uint8_t> hidden;
+  };
+  thread_local Scratch s;
+  s.rays.clear();
+  s.pixels.clear();
+  for (const std::uint32_t pixel : pixels) {
+    open_known_[pixel] |= bit;
+    const Receiver& at = receivers_[pixel];
+    if (!(glm::dot(at.normal, way) > 0.0f)) continue;  // nothing comes from there
+    s.rays.push_back({at.point, 0.0f, way});
+    s.pixels.push_back(pixel);
+  }
+  s.hidden.resize(s.rays.size());
+  scene.caster().occluded(s.rays, s.hidden);
+  for (std::size_t i = 0; i < s.rays.size(); ++i)
+    if (!s.hidden[i]) open_[s.pixels[i]] |= bit;
+  return s.rays.size();
+}
+
+/// Asks the masks for all pixels of a set, and sums up what subjects take. Returns how many rays were traced.
+std::uint64_t SoftShadow::look_up(const SoftMasks& subjects, const TracedScene& scene, int set) {
+  struct Scratch {
+    std::vector<std::uint32_t> pixels, asking;
+    std::vector<std::uint64_t> hidden;
+    std::vector<std::pair<std::uint32_t, std::uint64_t>> unknown;  // pixels and their bits
+    std::vector<Vec3f> points;
+  };
+  thread_local Scratch s;
+  s.pixels.clear();
+  s.points.clear();
+  for_same(set, [&](std::size_t pixel) {
+    if (!candidate_[pixel]) return;
+    s.pixels.push_back(static_cast<std::uint32_t>(pixel));
+    s.points.push_back(receivers_[pixel].point);
+  });
+  s.hidden.assign(s.pixels.size(), 0);
+  subjects.find_hidden(set, s.points, s.hidden.data());
+
+  const std::span<const EnvironmentPart> parts = subjects.set_of(set);
+  std::uint64_t traced = 0;
+  std::uint64_t unknown = 0;  // of any pixel
+  s.unknown.clear();
+  for (std::size_t k = 0; k < s.pixels.size(); ++k) {
+    const std::uint64_t own = s.hidden[k] & ~open_known_[s.pixels[k]];
+    if (own == 0) continue;
+    s.unknown.emplace_back(s.pixels[k], own);
+    unknown |= own;
+  }
+  for (; unknown != 0; unknown &= unknown - 1) {
+    const int i = std::countr_zero(unknown);
+    s.asking.clear();
+    for (const auto& [pixel, bits] : s.unknown)
+      if (bits >> i & 1) s.asking.push_back(pixel);
+    traced += find_open(scene, parts[static_cast<std::size_t>(i)].direction, std::uint64_t{1} << i,
+                        s.asking);
+  }
+  for (std::size_t k = 0; k < s.pixels.size(); ++k) {
+    const std::uint32_t pixel = s.pixels[k];
+    std::uint64_t bits = s.hidden[k] & open_[pixel];
+    if (bits == 0) continue;
+    Vec3f sum(0.0f);
+    for (; bits != 0; bits &= bits - 1) {
+      const EnvironmentPart& part = parts[static_cast<std::size_t>(std::countr_zero(bits))];
+      sum += glm::dot(receivers_[pixel].normal, part.direction) * part.irradiance;
+    }
+    // A sixteenth of the parts stands for all.
+    for (std::size_t c = 0; c < 3; ++c)
+      sum_[c][pixel] = static_cast<float>(SoftMasks::sets) * sum[static_cast<int>(c)];
+  }
+  return traced;
+}
+
+void SoftShadow::gather(std::size_t number) {
+  ShadowTile tile;
+  float means[block * block];
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!fill(number, sum_[c], tile)) continue;
+    Loops::best().gather(tile, means);
+    block_state_[number] = 2;
+    for_pixels(number, [&](std::size_t pixel, int x, int y) {
+      if (candidate_[pixel]) gathered_[c][pixel] = means[y % block * block + x % block];
+    });
+  }
+}
+
+bool SoftShadow::draw(const SoftMasks& subjects, const TracedScene& scene, const ShadowView& view,
+                      const Rectangle& part, int step) {
+  const bool fresh = lay_out(view, step);
+  const bool other = std::exchange(directions_, subjects.directions()) != subjects.directions();
+  if (fresh) {
+    for (auto* bits : {&open_known_, &open_}) bits->resize(receivers_.size());
+    for (auto* planes : {&sum_, &gathered_})
+      for (std::vector<float>& plane : *planes) plane.resize(receivers_.size());
+    block_known_.assign(block_state_.size(), 0);
+  } else if (other) {
+    for (auto* bits : {&open_known_, &open_}) std::fill(bits->begin(), bits->end(), 0);
+  }
+  choose_blocks(widened(part, view.layer.view(), margin));
+  in_blocks(0, [&](std::size_t number) {
+    block_state_[number] = find_candidates(subjects, scene, view, number);
+  });
+  std::atomic<std::uint64_t> rays = 0;
+  parallel_for(SoftMasks::sets, 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t set = begin; set < end; ++set)
+      rays += look_up(subjects, scene, static_cast<int>(set));
+  });
+  in_blocks(1, [&](std::size_t number) { gather(number); });
+  mark_shaded();
+  rays_ = rays;
+  return !fresh && !other;
+}
+
+bool SoftShadow::taken(const SceneLayer& layer, int x, int y, float (&taken)[3][16]) const {
+  const Rectangle grid = drawn();
+  const int last_x = grid.x + grid.width - 1, last_y = grid.y + grid.height - 1;
+  const int columns = 16 / step_ + 1;
+  SoftRows rows;
+  rows.step = step_;
+  rows.below = static_cast<float>(y % step_) / static_cast<float>(step_);
+  float any = 0.0f;
+  for (int row = 0; row < 2; ++row) {
+    const auto line = static_cast<std::size_t>(std::min(y / step_ + row, last_y)) * columns_;
+    for (int k = 0; k < columns; ++k) {
+      const std::size_t at = line + std::min(x / step_ + k, last_x);
+      rows.inverse[row][k] = inverse_[at];
+      for (std::size_t c = 0; c < 3; ++c) any += rows.taken[row][c][k] = gathered_[c][at];
+    }
+  }
+  if (!(any > 0.0f)) return false;
+  const float* inverse = layer.middle_inverse(x, y);
+  float rest[16] = {};
+  if (const int left = layer.view().width - x; left < 16) {
+    std::copy_n(inverse, left, rest);
+    inverse = rest;
+  }
+  Loops::best().take_soft(rows, inverse, taken);
+  return true;
+}
+
+}  // namespace polyhull::processor

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What subjects take of soft light from all around (RenderFrame::soft_light):
+///   E(x) = sum over its parts of  b(x, part) o(x, part) cos_x irradiance
+/// b: a subject stands between (and the scene's own surfaces do not, o). Such light's shadow changes slowly over
+/// a surface: it is asked for at every fourth pixel of every fourth row, and of 4 x 4 neighbours each asks for
+/// another sixteenth of the parts, which are sets from all around. The filter that gathers them and what brings
+/// them to all pixels keep to one surface, as in area_shadow.h.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "render/processor/receiver_grid.h"
+#include "render/processor/soft_masks.h"
+
+namespace polyhull::processor {
+
+/// E over the picture, by channel, where RenderFrame::sky is 1; kept from frame to frame.
+class SoftShadow : public ReceiverGrid {
+ public:
+  /// The pixels of which draw() asks the view's layer for \p part: its middles, and the samples of the
+  /// view's mirror.
+  static Rectangle asked(const Rectangle& part, const LayerView& view);
+
+  /// Computes E in \p part of the picture, as \p view sees it, at every \p step pixels (2 or 4): what \p
+  /// subjects take, which are ready. Returns whether what the scene itself hides is kept from before.
+  bool draw(const SoftMasks& subjects, const TracedScene& scene, const ShadowView& view,
+            const Rectangle& part, int step);
+
+  /// E at the middles of the 16 pixels from (x, y) on, as AreaShadow::taken(). False, and nothing written,
+  /// where all is 0.
+  bool taken(const SceneLayer& layer, int x, int y, float (&taken)[3][16]) const;
+
+ private:
+  static constexpr int coarsest = 4;
+  static constexpr int margin = 3 * coarsest;  // pixels of the picture that are gathered
+
+  bool find_candidates(const SoftMasks& subjects, const TracedScene& scene, const ShadowView& view,
+                       std::size_t number);
+  std::uint64_t look_up(const SoftMasks& subjects, const TracedScene& scene, int set);
+  std::uint64_t find_open(const TracedScene& scene, const Vec3f& way, std::uint64_t bit,
+                          const std::vector<std::uint32_t>& pixels);
+  void gather(std::size_t number);
+
+  std::uint64_t directions_ = 0;  // SoftMasks::directions() of what is known of the scene's part
+  // What stays as long as the view, the scene and the directions do; by pixel of the grid.
+  std::vector<std::uint8_t> block_known_;  // by block, 1: the depths are
+  std::vector<std::uint64_t> open_known_;  // by direction of its set: whether the scene's is
+  std::vector<std::uint64_t> open_;        // and lets the ray through
+  // Of this frame.
+  std::array<std::vector<float>, 3> sum_, gathered_;  // E by channel
+};
+
+}  // namespace polyhull::processor
