@@ -3,8 +3,16 @@
 
 #include <algorithm>
 
+#include "silhouette/pixels/kernels.h"
+#include "silhouette/pixels/thread_memory.h"
+
 namespace polyhull::silhouette {
 namespace {
+
+struct Interpolated {
+  std::vector<std::int16_t> cells;   // between two rows of them
+  std::vector<std::int16_t> pixels;  // from the first cell's centre on
+};
 
 constexpr std::uint8_t solid_from = 192;  // alpha: a face that is nearly solid is no edge
 
@@ -85,34 +93,31 @@ void EdgeMap::weigh_row(int y, int x0, int x1, std::int16_t* weights) const {
   const int upper_row = std::clamp(above, 0, down_ - 1);
   const int lower_row = std::clamp(above + 1, 0, down_ - 1);
   const std::int16_t *upper = row_of(smooth_, upper_row), *lower = row_of(smooth_, lower_row);
-  // Between the centres of the cells beside those that are not open all is to be interpolated.
+  // Only between the centres of the cells beside those that are not open all is there something to
+  // interpolate.
   const Stretch &one = solid_[static_cast<std::size_t>(upper_row)],
                 &other = solid_[static_cast<std::size_t>(lower_row)];
-  const int first = std::min(one.begin, other.begin) - 1, last = std::max(one.end, other.end);
   const auto centre = [&](int cell) { return (cell * whole + half) / 2; };
-  const int begin = first < 0 ? x0 : std::clamp(centre(first), x0, x1);
-  const int end = last >= across_ ? x1 : std::clamp(centre(last), begin, x1);
-  std::fill(weights, weights + (begin - x0), all);
-  std::fill(weights + (end - x0), weights + (x1 - x0), all);
+  const int first =
+      std::max(std::min(one.begin, other.begin) - 1, (2 * x0 + 1 - half) >> (shift_ + 1));
+  const int last =
+      std::min(std::max(one.end, other.end), ((2 * x1 - 1 - half) >> (shift_ + 1)) + 1);
+  if (first >= last) return void(std::fill(weights, weights + (x1 - x0), all));
 
-  const auto open = [&](int i) {
-    i = std::clamp(i, 0, across_ - 1);
-    const auto step = static_cast<std::int16_t>(lower[i] - upper[i]);
-    return upper[i] + ((step * part) >> 15);
-  };
-  const auto weight = [](int v) { return static_cast<std::int16_t>(std::min(8 * v, int{all})); };
-  int cell = (2 * begin + 1 - half) >> (shift_ + 1);
-  int left = open(cell), right = open(cell + 1);
-  for (int x = begin; x < end; left = right, right = open(++cell + 1)) {
-    const int stop = std::min(centre(cell + 1), end);
-    if (left == right) {
-      std::fill(weights + (x - x0), weights + (stop - x0), weight(left));
-      x = stop;
-    }
-    for (; x < stop; ++x)
-      weights[x - x0] =
-          weight(left + ((right - left) * (2 * x + 1 - half - cell * whole) >> (shift_ + 1)));
+  auto& [cells, pixels] = kept_by_thread<Interpolated>();
+  cells.resize(static_cast<std::size_t>(last - first) + 1);
+  for (int i = first; i <= last; ++i) {
+    const auto at = static_cast<std::size_t>(std::clamp(i, 0, across_ - 1));
+    const auto step = static_cast<std::int16_t>(lower[at] - upper[at]);
+    cells[static_cast<std::size_t>(i - first)] =
+        static_cast<std::int16_t>(upper[at] + ((step * part) >> 15));
   }
+  pixels.resize(static_cast<std::size_t>(last - first) << shift_);
+  kernels().spread_cells(cells.data(), last - first, shift_, pixels.data());
+  const int from = centre(first), begin = std::max(from, x0), end = std::min(centre(last), x1);
+  std::fill(weights, weights + (begin - x0), all);
+  std::copy(pixels.data() + (begin - from), pixels.data() + (end - from), weights + (begin - x0));
+  std::fill(weights + (end - x0), weights + (x1 - x0), all);
 }
 
 }  // namespace polyhull::silhouette

@@ -2,6 +2,7 @@
 #include "silhouette/key/key.h"
 
 #include <algorithm>
+#include <atomic>
 #include <climits>
 #include <cmath>
 #include <string>
@@ -122,6 +123,8 @@ KeyLack Keyer::State::lack() const {
 void Keyer::prepare(const FrameView& frame) {
   check_frame(frame);
   State& s = *state_;
+  static std::atomic<std::uint64_t> frames{0};
+  s.frame_number = ++frames;
   s.gaps.clear();
   const bool same_frame = frame.format == s.format && frame.width == s.width &&
                           frame.height == s.height && frame.matrix == s.matrix &&

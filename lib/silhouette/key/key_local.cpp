@@ -34,7 +34,7 @@ double solid_end(double usual, double strong, std::vector<double>& parts) {
   return beyond + share * std::max(most - beyond, 0.0);
 }
 
-// levels(alpha): what the ramp finds of pixels that mix light with this alpha.
+// Exact at alpha 0.2 and 0.5. levels(alpha): what the ramp finds of pixels that mix light with this alpha.
 template <class Levels>
 silhouette::Bend bend_for(const Levels& levels) {
   constexpr float low = 0.2f, half = 0.5f;

@@ -29,6 +29,11 @@ silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, doub
   return forms;
 }
 
+struct OutputMemory {
+  std::vector<std::int16_t> weights;
+  std::vector<std::uint8_t> before, mixed;
+};
+
 /// RGBA of one row's stretch, despilled, with \p alpha.
 void composite_row(const FrameView& frame, int y, int x0, int x1,
                    const silhouette::DespillForms& despill, const std::int16_t* weights,
@@ -104,7 +109,7 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
                        KeyView view, std::uint8_t* rgba, std::ptrdiff_t stride) const {
   const State& s = *state_;
   if (view == KeyView::split) return write_split(frame, matte, rgba, stride);
-  static thread_local std::vector<std::int16_t> weights;
+  auto& [weights, before, mixed] = silhouette::kept_by_thread<OutputMemory>();
   weights.resize(static_cast<std::size_t>(frame.width));
   silhouette::DespillForms despill;
   if (s.despills()) {
@@ -115,34 +120,32 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
         s.samples.valid ? spill_inside * signal.of(screen[0], screen[1], screen[2]) : 512.0;
     despill = despill_forms(signal, s.settings.spill, inside);
   }
-  static thread_local std::vector<std::uint8_t> before, mixed;
   for (int j = 0; j < region.height; ++j) {
     const int y = region.y + j, end = region.x + region.width;
     std::uint8_t* out = rgba + stride * j;
     const std::uint8_t* alpha = matte.row(y) + region.x;
-    // Stretches [from, to) whose screen is taken out.
-    const auto each_mixed = [&](const auto& function) {
+    // Takes the screen out of the row's pixels.
+    const auto unmix = [&](std::uint8_t* pixels) {
       if (!s.straightens()) return;
-      s.find_mixed(y, mixed);
-      const int last = (end - 1) / matte_block;
-      for (int block = region.x / matte_block; block <= last; ++block) {
-        if (mixed[block] == 0) continue;
+      const int begin = region.x / matte_block, last = (end - 1) / matte_block;
+      s.find_mixed(y, begin, last + 1, mixed);
+      for (int block = begin; block <= last; ++block) {
+        if (mixed[block - begin] == 0) continue;
         const int first = block;
-        while (block < last && mixed[block + 1] != 0) ++block;
-        function(std::max(first * matte_block, region.x), std::min((block + 1) * matte_block, end));
+        while (block < last && mixed[block + 1 - begin] != 0) ++block;
+        const int from = std::max(first * matte_block, region.x);
+        s.unmix_row(y, from, std::min((block + 1) * matte_block, end),
+                    pixels + 4 * static_cast<std::ptrdiff_t>(from - region.x));
       }
     };
     const auto composite = [&] {
       if (s.despills()) s.edges.weigh_row(y, region.x, end, weights.data());
-      composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
-      each_mixed([&](int from, int to) {
-        const int skipped = from - region.x;
-        std::uint8_t* const part = out + 4 * static_cast<std::ptrdiff_t>(skipped);
-        convert_row(frame, y, from, to, part);
-        s.unmix_row(y, from, to, part);
-        silhouette::ColourKernels::best().composite(
-            part, to - from, false, despill, weights.data() + skipped, alpha + skipped, part);
-      });
+      if (!s.straightens())
+        return composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
+      convert_row(frame, y, region.x, end, out);
+      unmix(out);
+      silhouette::ColourKernels::best().composite(out, region.width, false, despill, weights.data(),
+                                                  alpha, out);
     };
     switch (view) {
       case KeyView::composite:
@@ -160,10 +163,7 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
       case KeyView::spill:
         before.resize(static_cast<std::size_t>(region.width) * 4);
         convert_row(frame, y, region.x, end, before.data());
-        each_mixed([&](int from, int to) {
-          s.unmix_row(y, from, to,
-                      before.data() + 4 * static_cast<std::ptrdiff_t>(from - region.x));
-        });
+        unmix(before.data());
         composite();
         for (int x = 0; x < region.width; ++x) {
           std::uint8_t* p = out + 4 * x;

@@ -7,33 +7,42 @@
 #include "silhouette/key/key_state.h"
 
 namespace polyhull {
-namespace {
 
 using silhouette::kernels;
 
 // Working memory of one thread, kept between rows.
-struct RowMemory {
+struct Keyer::State::RowMemory {
   std::vector<std::uint8_t> pixels;
   // Of the row under way, for all of its spans: begin_chroma().
   silhouette::ChromaRows rows;
   const std::uint8_t *near_row = nullptr, *far_row = nullptr;  // interleaved pairs
-  std::vector<std::uint8_t> near_chroma, far_chroma;
+  // Each row of chroma serves up to four of luma; its neighbour lies in the other slot.
+  struct Gathered {
+    std::vector<std::uint8_t> pairs;
+    std::uint64_t frame = 0;
+    int row = -1;
+  } gathered[2];
   std::vector<std::int16_t> half, signal;
+  // Of chroma_row() for columns from `begin` on.
+  const std::int16_t* begun = nullptr;
+  int begin = 0;
+
+  // Of this thread, for rows of \p length pixels.
+  static RowMemory& of_thread(std::size_t length) {
+    auto& memory = silhouette::kept_by_thread<RowMemory>();
+    memory.fit(length);
+    return memory;
+  }
   void fit(std::size_t length) {
     if (signal.size() >= length + 64) return;
     pixels.resize(4 * length);
-    near_chroma.resize(length + 64);
-    far_chroma.resize(length + 64);
+    for (Gathered& slot : gathered) slot.pairs.resize(length + 64), slot.row = -1;
     half.resize(length + 64);
     signal.resize(length + 64);
   }
 };
 
-RowMemory& row_memory(std::size_t length) {
-  static thread_local RowMemory memory;
-  memory.fit(length);
-  return memory;
-}
+namespace {
 
 // A row's \p count chroma samples as interleaved pairs.
 void gather_chroma(const FrameView& frame, int row, int count, std::uint8_t* __restrict pairs) {
@@ -47,58 +56,12 @@ void gather_chroma(const FrameView& frame, int row, int count, std::uint8_t* __r
   for (int i = 0; i < 2 * count; ++i) pairs[i] = from[2 * i];
 }
 
-// The chroma between which luma row y lies: NV12's own memory, or gathered.
-void begin_chroma(const FrameView& frame, int y, RowMemory& memory) {
-  const silhouette::ChromaRows& rows = memory.rows = silhouette::chroma_rows(frame, y);
-  const auto pairs = [&](int row, std::vector<std::uint8_t>& gathered) -> const std::uint8_t* {
-    if (frame.format == FrameFormat::nv12) return frame.row(1, row);
-    gather_chroma(frame, row, silhouette::chroma_width(frame), gathered.data());
-    return gathered.data();
-  };
-  memory.near_row = pairs(rows.near_row, memory.near_chroma);
-  memory.far_row =
-      rows.far_row == rows.near_row ? memory.near_row : pairs(rows.far_row, memory.far_chroma);
-}
-
-// Signals of the chroma samples of columns [x0, x1) of the row begun, x0 even: one for two columns, the
-// ends of the row repeated beside it.
-const std::int16_t* chroma_row(const FrameView& frame, const silhouette::ChromaForms& forms, int x0,
-                               int x1, RowMemory& memory) {
-  const int available = silhouette::chroma_width(frame);
-  // One more sample on each side for the interpolation.
-  const int c0 = std::max(x0 / 2 - 1, 0), c1 = std::min((x1 + 1) / 2 + 1, available);
-  std::int16_t* half = memory.half.data() + 8;
-  kernels().chroma_signal(memory.near_row + 2 * c0, memory.far_row + 2 * c0,
-                          memory.rows.near_weight, memory.rows.far_weight, c1 - c0, forms.weights,
-                          forms.offsets, half);
-  half[-1] = half[0];
-  half[c1 - c0] = half[c1 - c0 - 1];
-  return half + (x0 / 2 - c0);
-}
-
 // Signals of `count` pairs of columns from those of their chroma samples.
 void double_row(ChromaSite site, const std::int16_t* from, int count, std::int16_t* out) {
   if (!silhouette::between_columns(site)) return kernels().double_left(from, count, out);
   for (int i = 0; i < count; ++i) {
     out[2 * i] = static_cast<std::int16_t>((from[i - 1] + 3 * from[i] + 2) >> 2);
     out[2 * i + 1] = static_cast<std::int16_t>((3 * from[i] + from[i + 1] + 2) >> 2);
-  }
-}
-
-// Mixed blocks stay mixed.
-void bend_blocks(const silhouette::Bend& bend, int blocks, std::uint8_t* alpha,
-                 const BlockState* states) {
-  if (bend == silhouette::Bend{}) return;
-  for (int block = 0; block < blocks; ++block) {
-    if (states[block] != block_mixed) continue;
-    std::uint8_t* const a = alpha + block * matte_block;
-    for (int i = 0; i < matte_block; ++i) {
-      const int v = a[i];
-      const int by = bend.constant + bend.slope * v / 255;
-      const int bent = v + ((v * (255 - v) * by / 255 + 2048) >> 12);
-      const int within = std::clamp(bent, 1, 254);
-      a[i] = static_cast<std::uint8_t>(v == 0 || v == 255 ? v : within);
-    }
   }
 }
 
@@ -114,6 +77,39 @@ void prototype_alpha(const std::uint8_t* pixels, const std::int16_t* signal, int
 }
 
 }  // namespace
+
+// The chroma between which luma row y lies: NV12's own memory, or gathered.
+void Keyer::State::begin_chroma(const FrameView& frame, int y, RowMemory& memory) const {
+  const silhouette::ChromaRows& rows = memory.rows = silhouette::chroma_rows(frame, y);
+  const auto pairs = [&](int row) -> const std::uint8_t* {
+    if (frame.format == FrameFormat::nv12) return frame.row(1, row);
+    RowMemory::Gathered& slot = memory.gathered[row & 1];
+    if (slot.frame != frame_number || slot.row != row) {
+      gather_chroma(frame, row, silhouette::chroma_width(frame), slot.pairs.data());
+      slot.frame = frame_number, slot.row = row;
+    }
+    return slot.pairs.data();
+  };
+  memory.near_row = pairs(rows.near_row);
+  memory.far_row = pairs(rows.far_row);
+}
+
+// Signals of the chroma samples of columns [x0, x1) of the row begun, x0 even: one for two columns, the
+// ends of the row repeated beside it.
+const std::int16_t* Keyer::State::chroma_row(const FrameView& frame,
+                                             const silhouette::ChromaForms& forms, int x0, int x1,
+                                             RowMemory& memory) {
+  const int available = silhouette::chroma_width(frame);
+  // One more sample on each side for the interpolation.
+  const int c0 = std::max(x0 / 2 - 1, 0), c1 = std::min((x1 + 1) / 2 + 1, available);
+  std::int16_t* half = memory.half.data() + 8;
+  kernels().chroma_signal(memory.near_row + 2 * c0, memory.far_row + 2 * c0,
+                          memory.rows.near_weight, memory.rows.far_weight, c1 - c0, forms.weights,
+                          forms.offsets, half);
+  half[-1] = half[0];
+  half[c1 - c0] = half[c1 - c0 - 1];
+  return half + (x0 / 2 - c0);
+}
 
 // Of whole blocks [x0, end) of pixels of four bytes.
 void Keyer::State::pixel_alpha_row(const FrameView& frame, int y, int x0, int end,
@@ -135,7 +131,7 @@ void Keyer::State::pixel_alpha_row(const FrameView& frame, int y, int x0, int en
 
 const std::int16_t* Keyer::State::signal_row(const FrameView& frame, int y, int x0, int stop,
                                              const RowKey& key) const {
-  RowMemory& memory = row_memory(row_length());
+  RowMemory& memory = RowMemory::of_thread(row_length());
   if (path == Path::chroma) {
     begin_chroma(frame, y, memory);
     const std::int16_t* half = chroma_row(frame, key.chroma, x0, stop, memory);
@@ -151,11 +147,11 @@ const std::int16_t* Keyer::State::signal_row(const FrameView& frame, int y, int 
   return memory.signal.data();
 }
 
-void Keyer::State::soft_span(const FrameView& frame, int y, int x0, int end, const RowKey& key,
-                             std::uint8_t* alpha, BlockState* states) const {
+void Keyer::State::soft_span(const FrameView& frame, int y, const Stretch& stretch,
+                             RowMemory& memory, std::uint8_t* alpha, BlockState* states) const {
+  const auto& [x0, end, key] = stretch;
   if (path == Path::pixels) return pixel_alpha_row(frame, y, x0, end, key, alpha, states);
   const silhouette::Kernels& run = kernels();
-  RowMemory& memory = row_memory(row_length());
   const int stop = std::min(end, frame.width);  // real pixels
   alpha += x0, states += x0 / matte_block;
   if (path == Path::converted) {
@@ -164,13 +160,47 @@ void Keyer::State::soft_span(const FrameView& frame, int y, int x0, int end, con
     std::fill(pixels + 4 * (stop - x0), pixels + 4 * (end - x0), 0);
     return run.pixel_alpha(pixels, end - x0, key.forms, key.ramp, alpha, states);
   }
-  const std::int16_t* half = chroma_row(frame, key.chroma, x0, stop, memory);
+  const std::int16_t* half = memory.begun + (x0 - memory.begin) / 2;
   if (!silhouette::between_columns(frame.site) && stop == end)
     return run.doubled_alpha(half, end - x0, key.ramp, alpha, states);
   std::int16_t* signal = memory.signal.data();
   double_row(frame.site, half, (stop - x0 + 1) / 2, signal);
   std::fill(signal + (stop - x0), signal + (end - x0), 0);
   run.ramp_alpha(signal, end - x0, key.ramp, alpha, states);
+}
+
+void Keyer::State::soft_row(const FrameView& frame, int y, int x0, int end, std::uint8_t* alpha,
+                            BlockState* states) const {
+  RowMemory& memory = RowMemory::of_thread(row_length());
+  if (path == Path::chroma) begin_chroma(frame, y, memory);
+  const auto begin_signals = [&](const silhouette::ChromaForms& forms, int from, int to) {
+    if (path != Path::chroma) return;
+    memory.begin = from;
+    memory.begun = chroma_row(frame, forms, from, std::min(to, frame.width), memory);
+  };
+  if (first_spans.empty()) {
+    begin_signals(whole.chroma, x0, end);
+    return soft_span(frame, y, {x0, end, whole}, memory, alpha, states);
+  }
+  const auto row = static_cast<std::size_t>(y / colours.size());
+  const std::size_t beyond = first_spans[row + 1];
+  int until = 0;  // the column up to which signals are known
+  for (std::size_t i = first_spans[row]; i < beyond; ++i) {
+    const Span& span = spans[i];
+    const int from = std::max(span.begin, x0), to = std::min(span.end, end);
+    if (from >= to) continue;
+    if (from >= until) {
+      // Neighbours mostly have the same forms, and differ in their ramps.
+      std::size_t last = i;
+      while (last + 1 < beyond && spans[last + 1].key.chroma == span.key.chroma) ++last;
+      until = std::min(spans[last].end, end);
+      begin_signals(span.key.chroma, from, until);
+    }
+    soft_span(frame, y, {from, to, span.key}, memory, alpha, states);
+    if (span.key.bend != silhouette::Bend{})
+      kernels().bend_blocks(span.key.bend, (to - from) / matte_block, alpha + from,
+                            states + from / matte_block);
+  }
 }
 
 void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
@@ -183,20 +213,8 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   const int stop = std::min(end, frame.width);  // real pixels
   const silhouette::Kernels& run = kernels();
 
-  if (method == KeyMethod::soft && !local) {
-    if (path == Path::chroma) begin_chroma(frame, y, row_memory(row_length()));
-    if (first_spans.empty()) return soft_span(frame, y, x0, end, whole, alpha, states);
-    const auto row = static_cast<std::size_t>(y / colours.size());
-    for (std::size_t i = first_spans[row]; i < first_spans[row + 1]; ++i) {
-      const int from = std::max(spans[i].begin, x0), to = std::min(spans[i].end, end);
-      if (from >= to) continue;
-      soft_span(frame, y, from, to, spans[i].key, alpha, states);
-      bend_blocks(spans[i].key.bend, (to - from) / matte_block, alpha + from,
-                  states + from / matte_block);
-    }
-    return;
-  }
-  RowMemory& memory = row_memory(row_length());
+  if (method == KeyMethod::soft && !local) return soft_row(frame, y, x0, end, alpha, states);
+  RowMemory& memory = RowMemory::of_thread(row_length());
   if (method == KeyMethod::difference) {
     std::uint8_t* pixels = memory.pixels.data();
     convert_row(frame, y, x0, stop, pixels);

@@ -11,6 +11,7 @@
 #include "silhouette/key/closed_gaps.h"
 #include "silhouette/key/edge_map.h"
 #include "silhouette/key/key_signal.h"
+#include "silhouette/pixels/thread_memory.h"
 
 namespace polyhull {
 namespace silhouette {
@@ -41,13 +42,6 @@ namespace silhouette {
 /// What a pixel mixes: levels, or light in numbers 0..255.
 struct Mixture {
   Vec3f screen, subject;
-};
-
-/// What makes of alpha found in levels alpha found in light: with a in 0..1,
-/// a + a (1 - a) (constant + slope a), the numbers 4096 for 1. Exact at alpha 0.2 and 0.5.
-struct Bend {
-  std::int32_t constant = 0, slope = 0;
-  bool operator==(const Bend&) const = default;
 };
 
 }  // namespace silhouette
@@ -85,6 +79,8 @@ struct Keyer::State {
   int bright_frames = 0;  // in a row, since
   silhouette::KeySignal sampled_signal;
   Light light;
+
+  std::uint64_t frame_number = 0;  // of the frame that was prepared, among all keyers'
 
   // The frame the tables are for.
   FrameFormat format = FrameFormat::rgba;
@@ -168,19 +164,33 @@ struct Keyer::State {
   KeyLack lack() const;
   // Takes the screen out of columns [x0, x1) of R, G, B, A pixels of row y, as far as they were keyed as showing it.
   void unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const;
-  // Which blocks of row y unmix_row() has to change: mixed ones, and empty ones so near to others that
-  // mattes which are blurred later show them.
-  void find_mixed(int y, std::vector<std::uint8_t>& counts) const;
+  // Which of the blocks [begin, end) of row y unmix_row() has to change: mixed ones, and empty ones so near to
+  // others that mattes which are blurred later show them.
+  void find_mixed(int y, int begin, int end, std::vector<std::uint8_t>& counts) const;
   void unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const;
+  template <class Coding>
+  void unmix_local_row(const Coding& coding, int y, int x0, int x1, std::uint8_t* pixels) const;
   // The variance of noise over that of the subject's colours.
   float doubt() const;
   bool straightens() const { return despills() && method == KeyMethod::soft; }
   bool despills() const { return settings.spill > 0.0 && method != KeyMethod::difference; }
   void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, const RowKey& key,
                        std::uint8_t* alpha, BlockState* states) const;
-  // Alpha of columns [x0, end), whole blocks, by the soft method.
-  void soft_span(const FrameView& frame, int y, int x0, int end, const RowKey& key,
+  struct RowMemory;
+  struct Stretch {
+    int begin, end;  // columns
+    const RowKey& key;
+  };
+  void begin_chroma(const FrameView& frame, int y, RowMemory& memory) const;
+  static const std::int16_t* chroma_row(const FrameView& frame,
+                                        const silhouette::ChromaForms& forms, int x0, int x1,
+                                        RowMemory& memory);
+  // Alpha of whole blocks by the soft method.
+  void soft_span(const FrameView& frame, int y, const Stretch& stretch, RowMemory& memory,
                  std::uint8_t* alpha, BlockState* states) const;
+  // Of whole blocks [x0, end) by their spans.
+  void soft_row(const FrameView& frame, int y, int x0, int end, std::uint8_t* alpha,
+                BlockState* states) const;
   // Signals of columns [x0, stop), x0 even; valid until the thread's next row.
   const std::int16_t* signal_row(const FrameView& frame, int y, int x0, int stop,
                                  const RowKey& key) const;

@@ -4,7 +4,9 @@
 // small; there the subject's colour in the neighbourhood, G, says more. With the noise's variance v and
 // that of F about G, w, the most probable F is G + alpha (C - alpha G - (1 - alpha) S) / (alpha^2 + v / w).
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "base/srgb.h"
 #include "silhouette/key/key_state.h"
@@ -24,6 +26,11 @@ constexpr double subject_variation =
 struct RowColours {
   std::vector<Mixture> mixtures;
   std::vector<std::uint8_t> has_subject;
+};
+
+/// Whether columns of blocks show anything.
+struct BlocksAround {
+  std::vector<std::uint8_t> shown;
 };
 
 /// Of tiles [from, to).
@@ -57,9 +64,23 @@ Vec3f straight(const Vec3f& pixel, float alpha, const Vec3f& screen, const Vec3f
   return near + alpha / (alpha * alpha + doubt) * rest;
 }
 
-std::uint8_t level_of(float v) {
-  return static_cast<std::uint8_t>(std::clamp(v + 0.5f, 0.0f, 255.0f));
-}
+/// Levels as they are.
+struct InLevels {
+  Vec3f decoded(const std::uint8_t* p) const { return {p[0], p[1], p[2]}; }
+  std::uint8_t encoded(float v) const {
+    return static_cast<std::uint8_t>(std::clamp(v + 0.5f, 0.0f, 255.0f));
+  }
+};
+
+/// As the light that they stand for, in numbers 0..255.
+struct InLight {
+  const float* decode = srgb_to_linear_table();
+  const std::uint8_t* encode = linear_to_srgb_table();
+  Vec3f decoded(const std::uint8_t* p) const {
+    return 255.0f * Vec3f(decode[p[0]], decode[p[1]], decode[p[2]]);
+  }
+  std::uint8_t encoded(float v) const { return linear_to_srgb(v / 255.0f, encode); }
+};
 
 constexpr double alpha_off =
     4.5;  // levels: alpha is off by .03 where the subject has several colours
@@ -67,6 +88,7 @@ constexpr double alpha_off =
 }  // namespace
 
 void Keyer::State::unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const {
+  constexpr InLevels levels;
   const Vec3f usual = silhouette::vector_of(samples.foreground);
   const std::uint8_t* const behind = &plate[4 * row_length() * static_cast<std::size_t>(y)];
   for (int x = x0; x < x1; ++x) {
@@ -75,9 +97,9 @@ void Keyer::State::unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) 
     if (a == 0 || a == 255) continue;
     const std::uint8_t* const from = behind + 4 * static_cast<std::ptrdiff_t>(x);
     std::uint8_t* const p = pixels + 4 * static_cast<std::ptrdiff_t>(x - x0);
-    const Vec3f own = straight({p[0], p[1], p[2]}, static_cast<float>(a) / 255.0f,
+    const Vec3f own = straight(levels.decoded(p), static_cast<float>(a) / 255.0f,
                                {from[0], from[1], from[2]}, usual, doubt());
-    for (int c = 0; c < 3; ++c) p[c] = level_of(own[c]);
+    for (int c = 0; c < 3; ++c) p[c] = levels.encoded(own[c]);
   }
 }
 
@@ -86,9 +108,9 @@ float Keyer::State::doubt() const {
                             (subject_variation * subject_variation));
 }
 
-void Keyer::State::find_mixed(int y, std::vector<std::uint8_t>& counts) const {
-  const auto blocks = static_cast<std::size_t>(blocks_across(width));
-  const BlockState* const __restrict own = keyed.state_row(y);
+void Keyer::State::find_mixed(int y, int begin, int end, std::vector<std::uint8_t>& counts) const {
+  const auto blocks = static_cast<std::size_t>(end - begin);
+  const BlockState* const __restrict own = keyed.state_row(y) + begin;
   counts.resize(blocks);
   std::uint8_t* const __restrict to = counts.data();
   for (std::size_t b = 0; b < blocks; ++b) to[b] = own[b] == block_mixed;
@@ -96,41 +118,45 @@ void Keyer::State::find_mixed(int y, std::vector<std::uint8_t>& counts) const {
   // What closes and grows the matte needs all rows, and so they are known.
   const int reach =
       fill_reach + static_cast<int>(std::ceil(settings.close + std::max(-settings.choke, 0.0)));
-  const std::size_t beside = static_cast<std::size_t>((reach - 1) / matte_block) + 1;  // blocks
-  static thread_local std::vector<std::uint8_t> memory;
-  memory.assign(blocks + 2 * beside, 0);
+  const int beside = (reach - 1) / matte_block + 1;  // blocks
+  // Whether columns of blocks from `begin - beside` on show anything in these rows; 0 beside the picture.
+  auto& memory = silhouette::kept_by_thread<BlocksAround>().shown;
+  memory.assign(blocks + 2 * static_cast<std::size_t>(beside), 0);
   std::uint8_t* const __restrict around = memory.data();  // asked for once: loops that ask are slow
+  const int first = std::max(begin - beside, 0),
+            last = std::min(end + beside, blocks_across(width));
+  std::uint8_t* const __restrict shown = around + (first - (begin - beside));
+  const auto count = static_cast<std::size_t>(last - first);
   for (int row = std::max(y - reach, 0); row <= std::min(y + reach, height - 1); ++row) {
-    const BlockState* const other = keyed.state_row(row);
-    std::uint8_t* const shown = around + beside;  // 0 beside the picture
-    for (std::size_t b = 0; b < blocks; ++b) shown[b] |= other[b] != block_empty;
+    const BlockState* const other = keyed.state_row(row) + first;
+    for (std::size_t b = 0; b < count; ++b) shown[b] |= other[b] != block_empty;
   }
-  for (std::size_t k = 0; k <= 2 * beside; ++k)
+  for (int k = 0; k <= 2 * beside; ++k)
     for (std::size_t b = 0; b < blocks; ++b) to[b] |= (own[b] == block_empty) & around[b + k];
 }
 
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {
   if (local) return unmix_plate_row(y, x0, x1, pixels);
   if (first_spans.empty()) return;
-  static thread_local RowColours memory;
-  RowColours& row = memory;
-  const bool in_light = mixing.in_light();
+  if (mixing.in_light())
+    unmix_local_row(InLight(), y, x0, x1, pixels);
+  else
+    unmix_local_row(InLevels(), y, x0, x1, pixels);
+}
+
+template <class Coding>
+void Keyer::State::unmix_local_row(const Coding& coding, int y, int x0, int x1,
+                                   std::uint8_t* pixels) const {
+  auto& row = silhouette::kept_by_thread<RowColours>();
   interpolate(colours, mixtures, y, std::max(x0 / colours.size() - 1, 0),
               std::min((x1 - 1) / colours.size() + 2, colours.across()), row);
   Vec3f usual = silhouette::vector_of(samples.foreground);
-  if (in_light) usual = 255.0f * srgb_decoded(usual / 255.0f);
-  const float* const decode = srgb_to_linear_table();
-  const std::uint8_t* const encode = linear_to_srgb_table();
+  if (mixing.in_light()) usual = 255.0f * srgb_decoded(usual / 255.0f);
   const float uncertain = doubt();
-  const float size = static_cast<float>(colours.size());
-  const auto write = [&](const Vec3f& colour, std::uint8_t* p) {
-    for (int c = 0; c < 3; ++c)
-      p[c] = in_light ? linear_to_srgb(colour[c] / 255.0f, encode) : level_of(colour[c]);
-  };
-  const auto mixture_at = [&](float x) -> Mixture {
-    const float u = x / size - 0.5f;
-    const int cell = static_cast<int>(std::floor(u));
-    const float part = u - static_cast<float>(cell);
+  const int size = colours.size(), shift = std::countr_zero(static_cast<unsigned>(size));
+  const auto mixture_at = [&](int x) -> Mixture {
+    const int from_centre = x - size / 2, cell = from_centre >> shift;
+    const float part = static_cast<float>(from_centre - (cell << shift)) / static_cast<float>(size);
     const int one = std::clamp(cell, 0, colours.across() - 1);
     const int other = std::clamp(cell + 1, 0, colours.across() - 1);
     const Mixture &a = row.mixtures[one], &b = row.mixtures[other];
@@ -143,35 +169,39 @@ void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const 
   };
   const BlockState* const states = keyed.state_row(y);
   const std::uint8_t* const alphas = keyed.row(y);
+  int known = -1;  // the column whose mixture is `last`
+  Mixture last{};
   for (int block = x0 / matte_block; block * matte_block < x1; ++block) {
     if (states[block] == block_full) continue;
     const bool empty = states[block] == block_empty;
-    const int tile = block * matte_block / colours.size();
-    if (empty && row.has_subject[tile] == 0) continue;
-    const int begin = std::max(block * matte_block, x0),
-              end = std::min((block + 1) * matte_block, x1);
-    // Linear within the block.
-    const float first = static_cast<float>(block * matte_block);
-    const Mixture from = mixture_at(first), to = mixture_at(first + matte_block);
+    const int first = block * matte_block;
+    if (empty && row.has_subject[first / colours.size()] == 0) continue;
+    const Mixture from = known == first ? last : mixture_at(first);
+    const Mixture to = last = mixture_at(first + matte_block);
+    known = first + matte_block;
+    const auto pixel = [&](int i) {
+      return pixels + 4 * static_cast<std::ptrdiff_t>(first + i - x0);
+    };
+    // Where nothing of the subject is, its colour around: one for the block.
+    std::uint8_t around[4] = {0, 0, 0, 255};
+    for (int c = 0; c < 3; ++c)
+      around[c] = coding.encoded(0.5f * (from.subject[c] + to.subject[c]));
+    const int begin = std::max(x0 - first, 0), end = std::min(matte_block, x1 - first);
+    if (empty) {
+      for (int i = begin; i < end; ++i) std::memcpy(pixel(i), around, 4);
+      continue;
+    }
     const Vec3f screen_step = (to.screen - from.screen) / static_cast<float>(matte_block);
     const Vec3f subject_step = (to.subject - from.subject) / static_cast<float>(matte_block);
-    // Where nothing of the subject is, its colour around: one for the block.
-    std::uint8_t around[3];
-    write(0.5f * (from.subject + to.subject), around);
-    for (int x = begin; x < end; ++x) {
-      const int a = empty ? 0 : alphas[x];
-      if (a == 255) continue;
-      std::uint8_t* const p = pixels + 4 * static_cast<std::ptrdiff_t>(x - x0);
-      if (a == 0) {
-        std::copy_n(around, 3, p);
-        continue;
-      }
-      const float along = static_cast<float>(x) + 0.5f - first;
-      const Vec3f pixel = in_light ? 255.0f * Vec3f(decode[p[0]], decode[p[1]], decode[p[2]])
-                                   : Vec3f(p[0], p[1], p[2]);
-      write(straight(pixel, static_cast<float>(a) / 255.0f, from.screen + along * screen_step,
-                     from.subject + along * subject_step, uncertain),
-            p);
+    for (int i = begin; i < end; ++i) {
+      const int a = alphas[first + i];
+      if (a == 0) std::memcpy(pixel(i), around, 4);
+      if (a == 0 || a == 255) continue;
+      const float along = static_cast<float>(i) + 0.5f;
+      const Vec3f own = straight(coding.decoded(pixel(i)), static_cast<float>(a) / 255.0f,
+                                 from.screen + along * screen_step,
+                                 from.subject + along * subject_step, uncertain);
+      for (int c = 0; c < 3; ++c) pixel(i)[c] = coding.encoded(own[c]);
     }
   }
 }

@@ -40,6 +40,13 @@ struct Ramp {
 /// The ramp with what is plainly screen and plainly subject: the formula solved for the signal.
 Ramp with_sure_signals(Ramp ramp);
 
+/// What makes of alpha found in levels alpha found in light: with a in 0..1,
+/// a + a (1 - a) (constant + slope a), the numbers 4096 for 1.
+struct Bend {
+  std::int32_t constant = 0, slope = 0;
+  bool operator==(const Bend&) const = default;
+};
+
 /// Distance to a plate that may be darker or brighter: see KeyMethod::difference. alpha =
 /// clamp((distance - low - tolerance) * slope).
 struct DifferenceRamp {
@@ -89,6 +96,14 @@ struct Kernels {
   /// matte_block.
   void (*difference_alpha)(const std::uint8_t* pixels, const std::uint8_t* plate, int count,
                            const DifferenceRamp& ramp, std::uint8_t* alpha);
+
+  /// Bends the alpha of mixed blocks, which stay mixed.
+  void (*bend_blocks)(const Bend& bend, int blocks, std::uint8_t* alpha, const BlockState* states);
+
+  /// Numbers of pixels between the centres of cells of 2 to 16 px: min(8 v, 32767) with
+  /// v = left + ((right - left) (2 k + 1) >> (shift + 1)) at pixel k of the 1 << shift between the
+  /// numbers of a cell and the next, for `count` cells; reads cells[count].
+  void (*spread_cells)(const std::int16_t* cells, int count, int shift, std::int16_t* out);
 
   /// States of whole blocks of alpha.
   void (*states)(const std::uint8_t* alpha, int blocks, BlockState* states);

@@ -152,11 +152,11 @@ void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t*
 }  // namespace
 
 const Kernels& plain_kernels() {
-  static const Kernels table{"plain",          pixel_signal,  pixel_alpha,  ramp_alpha,
-                             local_alpha,      chroma_signal, double_left,  doubled_alpha,
-                             difference_alpha, states,        mixed_blocks, fir_vertical,
-                             fir_horizontal,   inside,        find_changes, crossing_offsets,
-                             line_deviation,   edge_deviation};
+  static const Kernels table{"plain",          pixel_signal,     pixel_alpha,    ramp_alpha,
+                             local_alpha,      chroma_signal,    double_left,    doubled_alpha,
+                             difference_alpha, bend_blocks,      spread_cells,   states,
+                             mixed_blocks,     fir_vertical,     fir_horizontal, inside,
+                             find_changes,     crossing_offsets, line_deviation, edge_deviation};
   return table;
 }
 
