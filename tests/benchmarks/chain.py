@@ -94,7 +94,7 @@ def describe(folder, name, instants, recorded):
             composite.background composite name=composite shadow={shadow} !""".split()
     line.append("fakesink")
     for i in range(cameras):
-        line += f"""filesrc location={recording(folder, height, i, recorded)} ! y4mdec ! identity eos-after={instants + 1} !
+        line += f"""filesrc blocksize=1048576 location={recording(folder, height, i, recorded)} ! y4mdec ! identity eos-after={instants + 1} !
             queue max-size-buffers=2 ! silhouette camera=cam{i} ! hull.""".split()
     return line
 

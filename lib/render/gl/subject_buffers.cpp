@@ -6,10 +6,10 @@
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
 
+#include "base/thread_pool.h"
 #include "render/projection.h"
 #include "render/subject/picture_flows.h"
 #include "render/subject/soft_edge.h"
-#include "render/subject/view_picture.h"
 
 namespace polyhull {
 namespace {
@@ -53,6 +53,14 @@ void grow(gl::Texture& texture, GLenum format, GLenum transfer, GLenum type, int
   gl::texture_parameters(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
   if (has_levels > 1)
     glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+}
+
+/// Half floats of 0 to \p count - 1, each divided by \p unit.
+std::vector<std::uint16_t> halves(int count, float unit) {
+  std::vector<std::uint16_t> table(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    table[static_cast<std::size_t>(i)] = glm::packHalf1x16(static_cast<float>(i) / unit);
+  return table;
 }
 
 }  // namespace
@@ -175,30 +183,39 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
   glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels);  // others are older
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+  staged_.resize(std::max(staged_.size(), views.size()));
+  parallel_for(views.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t layer = begin; layer < end; ++layer) {
+      const View& view = mesh.views[static_cast<std::size_t>(views[layer])].view;
+      auto& [pixels, smaller] = staged_[layer];
+      prepare_view_picture(view, soft_ ? soft_reach : sharp_reach, pixels);
+      smaller.clear();
+      for (int level = 1; level <= levels; ++level)
+        smaller.push_back(level == 1 ? halved(pixels, view.roi.width + 2, view.roi.height + 2)
+                                     : halved(smaller.back().pixels, smaller.back().width,
+                                              smaller.back().height));
+    }
+  });
   for (std::size_t layer = 0; layer < views.size(); ++layer) {
-    const View& view = mesh.views[static_cast<std::size_t>(views[layer])].view;
-    prepare_view_picture(view, soft_ ? soft_reach : sharp_reach, staging_);
-    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(layer), view.roi.width + 2,
-                    view.roi.height + 2, 1, GL_RGBA, GL_UNSIGNED_BYTE, staging_.data());
+    const Rectangle& roi = mesh.views[static_cast<std::size_t>(views[layer])].view.roi;
+    const auto& [pixels, smaller] = staged_[layer];
+    const auto upload = [&](std::size_t level, GLsizei across, GLsizei down,
+                            const std::vector<std::uint32_t>& from) {
+      glTexSubImage3D(GL_TEXTURE_2D_ARRAY, static_cast<GLint>(level), 0, 0,
+                      static_cast<GLint>(layer), across, down, 1, GL_RGBA, GL_UNSIGNED_BYTE,
+                      from.data());
+    };
+    upload(0, roi.width + 2, roi.height + 2, pixels);
     ++counts.pictures;
-    counts.pixels += staging_.size();
-    upload_smaller(view.roi, static_cast<GLint>(layer), levels);
+    counts.pixels += pixels.size();
+    for (std::size_t level = 1; level <= smaller.size(); ++level) {
+      const SmallerPicture& picture = smaller[level - 1];
+      glPixelStorei(GL_UNPACK_ROW_LENGTH, picture.width);
+      upload(level, std::min(picture.width, picture_width_ >> level),
+             std::min(picture.height, picture_height_ >> level), picture.pixels);
+    }
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   }
-}
-
-// Of the picture in staging_.
-void SubjectBuffers::upload_smaller(const Rectangle& roi, GLint layer, int levels) {
-  SmallerPicture last;
-  for (int level = 1; level <= levels; ++level) {
-    last = level == 1 ? halved(staging_, roi.width + 2, roi.height + 2)
-                      : halved(last.pixels, last.width, last.height);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, last.width);
-    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, layer,
-                    std::min(last.width, picture_width_ >> level),
-                    std::min(last.height, picture_height_ >> level), 1, GL_RGBA, GL_UNSIGNED_BYTE,
-                    last.pixels.data());
-  }
-  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
 void SubjectBuffers::upload_maps(const Mesh& mesh) {
@@ -213,6 +230,8 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
        static_cast<int>(drawing_.views.size()), 1, map_width_, map_height_, map_layers_, one_level);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   float coarsest = 0.0f, inset = 0.0f;
+  static const std::vector<std::uint16_t> depths = halves(65536, 65534.0f),
+                                          fades = halves(256, 255.0f);
   for (std::size_t layer = 0; layer < drawing_.views.size(); ++layer) {
     const auto k = static_cast<std::size_t>(drawing_.views[layer]);
     const OcclusionMap& map = maps[k];
@@ -223,12 +242,10 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
               rows = std::min(map.height + 1, map_height_);
     half_.assign(static_cast<std::size_t>(columns) * rows, 0);
     for (int y = 0; y < map.height; ++y) {
-      for (int x = 0; x < map.width; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * map.width + x;
-        half_[static_cast<std::size_t>(y) * columns + x] =
-            glm::packHalf2x16({static_cast<float>(map.depth[i]) / 65534.0f,
-                               static_cast<float>(map.fade[i]) / 255.0f});
-      }
+      const std::size_t from = static_cast<std::size_t>(y) * map.width;
+      std::uint32_t* const to = half_.data() + static_cast<std::size_t>(y) * columns;
+      for (int x = 0; x < map.width; ++x)
+        to[x] = depths[map.depth[from + x]] | std::uint32_t{fades[map.fade[from + x]]} << 16;
     }
     glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(layer), columns, rows, 1,
                     GL_RG, GL_HALF_FLOAT, half_.data());

@@ -10,6 +10,7 @@
 #include "render/gl/objects/gl_objects.h"
 #include "render/gl/objects/program.h"
 #include "render/subject/hull_vertices.h"
+#include "render/subject/view_picture.h"
 
 namespace polyhull {
 
@@ -59,7 +60,6 @@ class SubjectBuffers {
   void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size);
   void upload_pictures(const Mesh& mesh, const std::vector<int>& views, int levels,
                        UploadCounts& counts);
-  void upload_smaller(const Rectangle& roi, GLint layer, int levels);
   void upload_maps(const Mesh& mesh);
   void upload_lists();
   void upload_flows(const Mesh& mesh, const Vec3& eye);
@@ -78,7 +78,11 @@ class SubjectBuffers {
   std::vector<Range> wide_;    // of the eyes' wide triangles
   HullDrawing drawing_;
   std::vector<Vec3f> form_;  // by vertex of it
-  std::vector<std::uint32_t> staging_;
+  struct Staged {
+    std::vector<std::uint32_t> pixels;
+    std::vector<SmallerPicture> smaller;
+  };
+  std::vector<Staged> staged_;       // pictures on their way, by layer
   std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel
   int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0, picture_levels_ = 1;
   int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
