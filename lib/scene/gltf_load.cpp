@@ -64,16 +64,25 @@ class Loader {
     return list;
   }
 
+  /// The default scene; where none is named, the first that has nodes, or the first.
+  std::size_t wanted_scene() const {
+    if (model_.defaultScene >= 0) return static_cast<std::size_t>(model_.defaultScene);
+    const auto found =
+        std::find_if(model_.scenes.begin(), model_.scenes.end(),
+                     [](const tinygltf::Scene& scene) { return !scene.nodes.empty(); });
+    return found == model_.scenes.end() ? 0
+                                        : static_cast<std::size_t>(found - model_.scenes.begin());
+  }
+
   void add_nodes() {
     if (model_.scenes.empty()) {
       for (std::size_t i = 0; i < model_.nodes.size(); ++i) roots_.push_back(static_cast<int>(i));
       for (const tinygltf::Node& node : model_.nodes)
         for (const int child : node.children) std::erase(roots_, child);
     } else {
-      const int wanted = model_.defaultScene >= 0 ? model_.defaultScene : 0;
-      if (static_cast<std::size_t>(wanted) >= model_.scenes.size())
+      if (wanted_scene() >= model_.scenes.size())
         throw broken_scene(path_, "names a default scene that does not exist.");
-      roots_ = model_.scenes[wanted].nodes;
+      roots_ = model_.scenes[wanted_scene()].nodes;
     }
     for (const tinygltf::Animation& animation : model_.animations)
       for (const tinygltf::AnimationChannel& channel : animation.channels)
@@ -384,8 +393,7 @@ class Loader {
       scene_.exposure = exposure;
       scene_.exposure_given = true;
     };
-    const int wanted = std::max(model_.defaultScene, 0);
-    if (static_cast<std::size_t>(wanted) < model_.scenes.size()) take(model_.scenes[wanted].extras);
+    if (wanted_scene() < model_.scenes.size()) take(model_.scenes[wanted_scene()].extras);
   }
 
   const tinygltf::Model& model_;

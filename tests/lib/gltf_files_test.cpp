@@ -572,6 +572,15 @@ TEST_F(GltfFiles, MembersOfOtherKindsNeverCrash) {
   }
 }
 
+TEST_F(GltfFiles, WithoutADefaultSceneTheFirstWithNodesIsTaken) {
+  json root = triangle_file();
+  root.erase("scene");
+  root["scenes"].insert(root["scenes"].begin(), json{{"name", "empty"}});
+  EXPECT_EQ(load_scene(write(root)).meshes.size(), 1u);
+  root["scene"] = 0;
+  EXPECT_TRUE(contains(failure(write(root)), "no geometry"));
+}
+
 TEST_F(GltfFiles, AGivenExposureStaysWithAnAssumedLight) {
   json root = triangle_file();
   const auto exposure = [](Scene scene) {
