@@ -89,9 +89,10 @@ Vec3f MirrorView::looked_up(const Vec3f& point, std::uint8_t& way, bool& found) 
     return Vec3f(0.0f);
   found = true;
   const auto a = static_cast<float>(u - x), b = static_cast<float>(v - y);
+  const float* const linear = srgb_to_linear_table();
   const auto pixel = [&](int i, int j) {
     const std::uint8_t* p = there(i, j);
-    return Vec3f(srgb_to_linear(p[0]), srgb_to_linear(p[1]), srgb_to_linear(p[2]));
+    return Vec3f(linear[p[0]], linear[p[1]], linear[p[2]]);
   };
   return (1.0f - b) * ((1.0f - a) * pixel(x, y) + a * pixel(x + 1, y)) +
          b * ((1.0f - a) * pixel(x, y + 1) + a * pixel(x + 1, y + 1));
