@@ -140,6 +140,11 @@ void ScreenTriangles::add(const std::array<Corner, 3>& corners, std::uint32_t id
   }
 }
 
+void ScreenTriangles::cover(int band, CoveredBlocks& blocks, std::uint32_t first) const {
+  for (const std::uint32_t index : bands_[static_cast<std::size_t>(band)])
+    blocks.add(triangles_[index], first + index);
+}
+
 void ScreenTriangles::draw(int band, const SampleRows& rows, std::uint32_t first) const {
   const RasterLoops& best = RasterLoops::best();
   // What is drawn is named by its place here, which leads back to its planes.

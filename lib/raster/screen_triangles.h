@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "raster/covered_blocks.h"
 #include "raster/raster_loops.h"
 
 namespace polyhull {
@@ -63,6 +64,9 @@ class ScreenTriangles {
   /// Draws band \p band (rows band * band_rows and on) into \p rows, which may be part of it. The
   /// ids there are \p first plus numbers for piece().
   void draw(int band, const SampleRows& rows, std::uint32_t first = 0) const;
+
+  /// Adds what draw() draws of band \p band, by the same numbers, to \p blocks of its rows.
+  void cover(int band, CoveredBlocks& blocks, std::uint32_t first = 0) const;
 
   /// The columns first .. end - 1 of the picture outside of which draw() changes nothing in band
   /// \p band.

@@ -66,7 +66,21 @@ struct RasterView::Band {
     std::size_t pixel;
     Vec3f share;
   };
+  /// Columns of a tile that show one triangle alone, or whose samples are drawn: row by row, from
+  /// ids[place] on.
+  struct Stretch {
+    int first, end;
+    std::uint32_t alone;  // no_triangle: they are drawn
+    std::size_t place;
+
+    int columns() const { return end - first; }
+    std::size_t at(int column, int row) const {
+      return place + static_cast<std::size_t>(packed_samples) * (row * columns() + column - first);
+    }
+  };
   int number = 0, left = 0, right = 0, top = 0, bottom = 0;
+  CoveredBlocks blocks;
+  std::vector<Stretch> stretches;  // of the tile under way
   std::vector<float> inverse;
   std::vector<std::uint32_t> ids;
   PixelRuns runs;  // of the row under way
@@ -192,6 +206,8 @@ void RasterView::draw_band(const Pass& pass, Band& band) {
                 wanted(pass, static_cast<std::size_t>(y) * pass.camera.width + x))
           send(pass, band, x, y, samples);
   } else {
+    band.blocks.begin(band.left, band.right, band.top, band.bottom);
+    pass.screen.cover(band.number, band.blocks);
     // By tiles: their samples, textures and light stay in the nearest caches.
     for (int x = band.left; x < band.right; x += Span::most)
       draw_tile(pass, band, x, std::min(x + Span::most, band.right));
@@ -202,27 +218,52 @@ void RasterView::draw_band(const Pass& pass, Band& band) {
   edges_ += band.edges;
 }
 
+/// Finds which columns of a tile show one triangle alone. Returns how many samples the others have.
+std::size_t RasterView::find_stretches(Band& band, int left, int right) {
+  static_assert(Span::most % CoveredBlocks::width == 0);
+  const int rows = band.bottom - band.top;
+  std::size_t place = 0;
+  band.stretches.clear();
+  for (int x = left; x < right; x += CoveredBlocks::width) {
+    const int end = std::min(x + CoveredBlocks::width, right);
+    const std::uint32_t alone =
+        band.blocks.alone(static_cast<std::size_t>((x - band.left) / CoveredBlocks::width));
+    if (band.stretches.empty() || band.stretches.back().alone != alone)
+      band.stretches.push_back({x, end, alone, place});
+    band.stretches.back().end = end;
+    if (alone == no_triangle) place += static_cast<std::size_t>(packed_samples) * rows * (end - x);
+  }
+  return place;
+}
+
 /// Draws columns \p left .. \p right - 1 of a band.
 void RasterView::draw_tile(const Pass& pass, Band& band, int left, int right) {
-  const auto size =
-      static_cast<std::size_t>(packed_samples) * (band.bottom - band.top) * (right - left);
+  const std::size_t size = find_stretches(band, left, right);
   band.inverse.resize(size);
   band.ids.resize(size);
-  std::memset(band.inverse.data(), 0, size * sizeof(float));
-  static_assert(no_triangle == 0xffffffffu);
-  std::memset(band.ids.data(), 0xff, size * sizeof(std::uint32_t));
-  pass.screen.draw(band.number,
-                   {left, right, band.top, band.bottom, packed_samples,
-                    sample_places(packed_samples), band.inverse.data(), band.ids.data(), true});
+  std::fill_n(band.inverse.data(), size, 0.0f);
+  std::fill_n(band.ids.data(), size, no_triangle);
+  for (const Band::Stretch& part : band.stretches)
+    if (part.alone == no_triangle)
+      pass.screen.draw(band.number,
+                       {part.first, part.end, band.top, band.bottom, packed_samples,
+                        sample_places(packed_samples), band.inverse.data() + part.place,
+                        band.ids.data() + part.place, true});
   for (int y = band.top; y < band.bottom; ++y) draw_row(pass, band, left, right, y);
 }
 
 void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
   const std::size_t row = static_cast<std::size_t>(y) * pass.camera.width;
-  const std::uint32_t* ids =
-      &band.ids[static_cast<std::size_t>(y - band.top) * (end - x) * packed_samples];
   std::uint8_t whole[Span::most];
-  ViewLoops::best().alike(ids, end - x, whole);
+  std::uint32_t one[Span::most];  // a triangle that each pixel shows
+  for (const Band::Stretch& part : band.stretches) {
+    const int at = part.first - x;
+    std::fill_n(whole + at, part.columns(), std::uint8_t{1});
+    std::fill_n(one + at, part.columns(), part.alone);
+    if (part.alone == no_triangle)
+      ViewLoops::best().alike(&band.ids[part.at(part.first, y - band.top)], part.columns(),
+                              whole + at, one + at);
+  }
   if (pass.mirror != nullptr) {
     // Not by wanted(): this is vectorised.
     const std::uint8_t* shown = &mirror_samples_[row + x];
@@ -233,29 +274,36 @@ void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
   }
   const auto finish = [&](PixelRun& run) { shade(pass, band, run, y); };
   const int begin = x;
-  const auto at = [&](int column) { return ids + (column - begin) * packed_samples; };
+  const Band::Stretch* part = band.stretches.data();
   while (x < end) {
     band.runs.finish_before(x, finish);
     const int first = x;
-    const std::uint32_t number = *at(first);
-    while (x < end && whole[x - begin] && *at(x) == number) ++x;
+    const std::uint32_t number = one[first - begin];
+    while (x < end && whole[x - begin] && one[x - begin] == number) ++x;
     if (x > first) {
       if (number != no_triangle) band.runs.add_whole(number, first, x - first);
       for (int i = first; number == no_triangle && i < x; ++i) add_sky(pass, i, y, all_samples);
       continue;
     }
-    // Each triangle once, at the middle of its samples.
     unsigned left = wanted(pass, row + x);
     band.edges += left != 0;
+    while (part->end <= x) ++part;
+    if (part->alone != no_triangle) {  // a mirror's border, which shows it
+      if (left != 0) band.runs.add(part->alone, x, left);
+      ++x;
+      continue;
+    }
+    // Each triangle once, at the middle of its samples.
+    const std::uint32_t* ids = &band.ids[part->at(x, y - band.top)];
     while (left != 0) {
-      const std::uint32_t part = at(x)[std::countr_zero(left)];
+      const std::uint32_t shown = ids[std::countr_zero(left)];
       unsigned samples = 0;
       for (unsigned s = 0; s < packed_samples; ++s)
-        samples |= static_cast<unsigned>(at(x)[s] == part) << s;
+        samples |= static_cast<unsigned>(ids[s] == shown) << s;
       samples &= left;
       left &= ~samples;
-      if (part != no_triangle)
-        band.runs.add(part, x, samples);
+      if (shown != no_triangle)
+        band.runs.add(shown, x, samples);
       else
         add_sky(pass, x, y, samples);
     }

@@ -44,6 +44,7 @@ class RasterView {
   void draw_screen(const Pass& pass);
   void draw_mirror(const Pass& direct, std::size_t number);
   void draw_band(const Pass& pass, Band& band);
+  static std::size_t find_stretches(Band& band, int left, int right);
   void draw_tile(const Pass& pass, Band& band, int left, int right);
   void draw_row(const Pass& pass, Band& band, int x, int end, int y);
   void add_sky(const Pass& pass, int x, int y, unsigned samples);

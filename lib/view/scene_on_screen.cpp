@@ -68,4 +68,9 @@ void SceneOnScreen::draw(int band, const SampleRows& rows) const {
     parts_[part].draw(band, rows, static_cast<std::uint32_t>(part << part_bits));
 }
 
+void SceneOnScreen::cover(int band, CoveredBlocks& blocks) const {
+  for (std::size_t part = 0; part < parts_.size(); ++part)
+    parts_[part].cover(band, blocks, static_cast<std::uint32_t>(part << part_bits));
+}
+
 }  // namespace polyhull

@@ -26,6 +26,9 @@ class SceneOnScreen {
   /// As ScreenTriangles::draw(): what is nearest, of equals the first in the scene.
   void draw(int band, const SampleRows& rows) const;
 
+  /// As ScreenTriangles::cover().
+  void cover(int band, CoveredBlocks& blocks) const;
+
   /// What draw() names; its id counts through the triangles of all meshes.
   const ScreenTriangle& piece(std::uint32_t number) const {
     return parts_[number >> part_bits].piece(number & ((1u << part_bits) - 1u));

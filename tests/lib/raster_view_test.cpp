@@ -229,6 +229,7 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
     std::uint32_t ids[8 * most];
     for (std::uint32_t& id : ids) id = 7;
     std::uint8_t same[2][most] = {};
+    std::uint32_t one[2][most] = {};
     for (int k = 0; k < most; k += 1 + static_cast<int>(random() % 5))
       ids[8 * k + random() % 8] = 9;
     const auto course = [&] {
@@ -249,7 +250,7 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
       loops.depths(inverse, places, depths[i]);
       loops.light(light, places, values[i].data());
       loops.texture(texture.levels(), row, places, values[i].data());
-      loops.alike(ids, count, same[i]);
+      loops.alike(ids, count, same[i], one[i]);
       loops.texels(texture.levels(), row, looks[i].data());
       loops.fresnel(rays, fifth[i]);
       ColourRow colours{count, {.5f, .6f, .7f, 0}, {.1f, .1f, .2f, 0},
@@ -259,8 +260,11 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
     }
     EXPECT_EQ(std::memcmp(depths[0], depths[1], sizeof depths[0]), 0);
     EXPECT_EQ(std::memcmp(same[0], same[1], sizeof same[0]), 0);
-    for (int k = 0; k < count; ++k)
+    for (int k = 0; k < count; ++k) {
       EXPECT_EQ(same[0][k] != 0, std::count(ids + 8 * k, ids + 8 * k + 8, ids[8 * k]) == 8);
+      EXPECT_EQ(one[0][k], ids[8 * k]);
+      EXPECT_EQ(one[1][k], ids[8 * k]);
+    }
     EXPECT_EQ(std::memcmp(values[0].data(), values[1].data(), count * sizeof(Float4)), 0);
     EXPECT_EQ(std::memcmp(looks[0].data(), looks[1].data(), count * sizeof(Float4)), 0);
     EXPECT_EQ(std::memcmp(fifth[0], fifth[1], sizeof fifth[0]), 0);

@@ -285,6 +285,64 @@ TEST(ScreenTriangles, PackedRowsHaveTheSameBitsForEveryInstructionSet) {
 #endif
 }
 
+/// What CoveredBlocks finds of columns \p left and on of band \p band.
+std::vector<std::uint32_t> alone(const ScreenTriangles& triangles, int band, int left) {
+  CoveredBlocks blocks;
+  blocks.begin(left, width, band * band_rows, (band + 1) * band_rows);
+  triangles.cover(band, blocks);
+  std::vector<std::uint32_t> out;
+  for (int x = left; x < width; x += CoveredBlocks::width) out.push_back(blocks.alone(out.size()));
+  return out;
+}
+
+// Whatever is said to be alone in a block is what all its samples show.
+TEST(ScreenTriangles, WhatCoversABlockIsAllThatIsDrawnThere) {
+  std::mt19937 random(13);
+  std::size_t found = 0, samples = 0;
+  for (int round = 0; round < 2000; ++round) {
+    ScreenTriangles triangles;
+    triangles.begin(width, height);
+    for (std::uint32_t i = 0; i < 8; ++i)
+      triangles.add(any_triangle(random, i == 0 ? 3.0 : 200.0), i, Facing::both);
+    const auto ids = shown(triangles, packed_samples, true);
+    for (int band = 0; band < height / band_rows; ++band) {
+      const int left = round % 3 * 4;
+      const auto blocks = alone(triangles, band, left);
+      for (std::size_t i = 0; i < ids.size() / 2; ++i) {
+        const int x = static_cast<int>(i / packed_samples) % width;
+        if (x < left) continue;
+        const std::uint32_t claimed =
+            blocks[static_cast<std::size_t>((x - left) / CoveredBlocks::width)];
+        if (claimed == no_triangle) continue;
+        ++samples;
+        ASSERT_EQ(ids[static_cast<std::size_t>(band) * ids.size() / 2 + i], claimed) << round;
+      }
+      found += static_cast<std::size_t>(blocks.size()) -
+               static_cast<std::size_t>(std::count(blocks.begin(), blocks.end(), no_triangle));
+    }
+  }
+  EXPECT_GT(found, 500u);
+  EXPECT_GT(samples, 500u * packed_samples * band_rows * 8);
+}
+
+// An edge a thirtieth of a pixel beside the block, or a triangle behind it, changes nothing.
+TEST(ScreenTriangles, ABlockIsCoveredUpToItsEdges) {
+  const auto add = [](ScreenTriangles& triangles, double right, double depth, std::uint32_t id) {
+    triangles.add(corners({-400, -400, depth}, {right, -400, depth}, {right, 400, depth}), id,
+                  Facing::both);
+  };
+  for (const double beside : {0.03, -0.03}) {
+    ScreenTriangles triangles;
+    triangles.begin(width, height);
+    add(triangles, width + 9, 2.0, 0);
+    add(triangles, CoveredBlocks::width + beside, 1.0, 1);
+    // The first block shows the nearer one alone or both, the second the farther one or both.
+    const std::vector<std::uint32_t> expected =
+        beside > 0 ? std::vector{1u, no_triangle} : std::vector{no_triangle, 0u};
+    EXPECT_EQ(alone(triangles, 0, 0), expected);
+  }
+}
+
 // A triangle through the eye's plane is drawn where it lies before it, and one behind not at all.
 TEST(ScreenTriangles, WhatIsBehindTheEyeIsLeftOut) {
   ScreenTriangles triangles;

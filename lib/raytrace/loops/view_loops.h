@@ -103,8 +103,8 @@ struct ViewLoops {
   void (*fresnel)(const RayRow& row, float* fifth);
   /// Adds the colours to a picture of three floats a pixel.
   void (*add)(const ColourRow& row, const Float4* values, float* picture);
-  /// same[i] = whether the eight ids of pixel i, from ids[8 i] on, are alike.
-  void (*alike)(const std::uint32_t* ids, int count, std::uint8_t* same);
+  /// same[i] = whether the eight ids of pixel i, from ids[8 i] on, are alike; one[i] = their first.
+  void (*alike)(const std::uint32_t* ids, int count, std::uint8_t* same, std::uint32_t* one);
   /// Writes \p count pixels of three floats as four bytes each, by linear_to_srgb() with its \p table: red
   /// at place \p red, 0 or 2, then green and blue or blue and green, and 255.
   void (*encode)(const float* picture, int count, const std::uint8_t* table, int red,
