@@ -140,20 +140,17 @@ void ScreenTriangles::add(const std::array<Corner, 3>& corners, std::uint32_t id
   }
 }
 
-void ScreenTriangles::cover(int band, CoveredBlocks& blocks, std::uint32_t first) const {
-  for (const std::uint32_t index : bands_[static_cast<std::size_t>(band)])
-    blocks.add(triangles_[index], first + index);
+void ScreenTriangles::draw(std::span<const std::uint32_t> numbers, const SampleRows& rows,
+                           std::uint32_t first) const {
+  RasterLoops::best().draw_packed(triangles_.data(), numbers.data(),
+                                  static_cast<int>(numbers.size()), first, rows);
 }
 
 void ScreenTriangles::draw(int band, const SampleRows& rows, std::uint32_t first) const {
-  const RasterLoops& best = RasterLoops::best();
   // What is drawn is named by its place here, which leads back to its planes.
   const std::vector<std::uint32_t>& numbers = bands_[static_cast<std::size_t>(band)];
-  if (rows.packed) {
-    best.draw_packed(triangles_.data(), numbers.data(), static_cast<int>(numbers.size()), first,
-                     rows);
-    return;
-  }
+  if (rows.packed) return draw(std::span(numbers), rows, first);
+  const RasterLoops& best = RasterLoops::best();
   for (const std::uint32_t index : numbers) {
     ScreenTriangle t = triangles_[index];
     t.id = first + index;

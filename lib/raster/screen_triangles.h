@@ -9,10 +9,10 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/vector.h"
-#include "raster/covered_blocks.h"
 #include "raster/raster_loops.h"
 
 namespace polyhull {
@@ -65,8 +65,16 @@ class ScreenTriangles {
   /// ids there are \p first plus numbers for piece().
   void draw(int band, const SampleRows& rows, std::uint32_t first = 0) const;
 
-  /// Adds what draw() draws of band \p band, by the same numbers, to \p blocks of its rows.
-  void cover(int band, CoveredBlocks& blocks, std::uint32_t first = 0) const;
+  /// Draws of the pieces those that \p numbers names into packed \p rows, as draw() does.
+  void draw(std::span<const std::uint32_t> numbers, const SampleRows& rows,
+            std::uint32_t first = 0) const;
+
+  /// Calls give(triangle, number) for each that draw() draws of band \p band, by the same numbers.
+  template <class Give>
+  void each(int band, std::uint32_t first, const Give& give) const {
+    for (const std::uint32_t index : bands_[static_cast<std::size_t>(band)])
+      give(triangles_[index], first + index);
+  }
 
   /// The columns first .. end - 1 of the picture outside of which draw() changes nothing in band
   /// \p band.

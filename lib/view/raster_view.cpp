@@ -207,7 +207,7 @@ void RasterView::draw_band(const Pass& pass, Band& band) {
           send(pass, band, x, y, samples);
   } else {
     band.blocks.begin(band.left, band.right, band.top, band.bottom);
-    pass.screen.cover(band.number, band.blocks);
+    pass.screen.look(band.number, band.blocks);
     // By tiles: their samples, textures and light stay in the nearest caches.
     for (int x = band.left; x < band.right; x += Span::most)
       draw_tile(pass, band, x, std::min(x + Span::most, band.right));
@@ -245,7 +245,8 @@ void RasterView::draw_tile(const Pass& pass, Band& band, int left, int right) {
   std::fill_n(band.ids.data(), size, no_triangle);
   for (const Band::Stretch& part : band.stretches)
     if (part.alone == no_triangle)
-      pass.screen.draw(band.number,
+      pass.screen.draw(band.blocks, (part.first - band.left) / CoveredBlocks::width,
+                       (part.end - 1 - band.left) / CoveredBlocks::width,
                        {part.first, part.end, band.top, band.bottom, packed_samples,
                         sample_places(packed_samples), band.inverse.data() + part.place,
                         band.ids.data() + part.place, true});

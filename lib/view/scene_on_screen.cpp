@@ -68,9 +68,27 @@ void SceneOnScreen::draw(int band, const SampleRows& rows) const {
     parts_[part].draw(band, rows, static_cast<std::uint32_t>(part << part_bits));
 }
 
-void SceneOnScreen::cover(int band, CoveredBlocks& blocks) const {
-  for (std::size_t part = 0; part < parts_.size(); ++part)
-    parts_[part].cover(band, blocks, static_cast<std::uint32_t>(part << part_bits));
+void SceneOnScreen::look(int band, CoveredBlocks& blocks) const {
+  const auto each = [&](const auto& give) {
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+      parts_[part].each(band, static_cast<std::uint32_t>(part << part_bits), give);
+  };
+  each([&](const ScreenTriangle& t, std::uint32_t number) { blocks.cover(t, number); });
+  each([&](const ScreenTriangle& t, std::uint32_t number) { blocks.show(t, number); });
+}
+
+void SceneOnScreen::draw(const CoveredBlocks& blocks, int first, int last,
+                         const SampleRows& rows) const {
+  thread_local std::vector<std::uint32_t> memory;
+  std::vector<std::uint32_t>& numbers = memory;
+  const std::vector<CoveredBlocks::Shown>& shown = blocks.shown();
+  for (auto at = shown.begin(); at != shown.end();) {
+    const std::uint32_t part = at->number >> part_bits, base = part << part_bits;
+    numbers.clear();
+    for (; at != shown.end() && at->number >> part_bits == part; ++at)
+      if (at->first <= last && at->last >= first) numbers.push_back(at->number - base);
+    parts_[part].draw(numbers, rows, base);
+  }
 }
 
 }  // namespace polyhull

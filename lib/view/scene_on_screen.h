@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "raster/covered_blocks.h"
 #include "raster/screen_triangles.h"
 #include "scene/scene.h"
 
@@ -26,8 +27,11 @@ class SceneOnScreen {
   /// As ScreenTriangles::draw(): what is nearest, of equals the first in the scene.
   void draw(int band, const SampleRows& rows) const;
 
-  /// As ScreenTriangles::cover().
-  void cover(int band, CoveredBlocks& blocks) const;
+  /// Gives \p blocks, which have begun with band \p band, its triangles.
+  void look(int band, CoveredBlocks& blocks) const;
+
+  /// As draw() into packed \p rows, which are blocks \p first to \p last of \p blocks.
+  void draw(const CoveredBlocks& blocks, int first, int last, const SampleRows& rows) const;
 
   /// What draw() names; its id counts through the triangles of all meshes.
   const ScreenTriangle& piece(std::uint32_t number) const {

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <random>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "base/instruction_set.h"
+#include "raster/covered_blocks.h"
 
 namespace polyhull {
 namespace {
@@ -285,44 +287,61 @@ TEST(ScreenTriangles, PackedRowsHaveTheSameBitsForEveryInstructionSet) {
 #endif
 }
 
-/// What CoveredBlocks finds of columns \p left and on of band \p band.
-std::vector<std::uint32_t> alone(const ScreenTriangles& triangles, int band, int left) {
+/// Blocks of columns \p left and on of band \p band that have got all triangles.
+CoveredBlocks looked_at(const ScreenTriangles& triangles, int band, int left) {
   CoveredBlocks blocks;
   blocks.begin(left, width, band * band_rows, (band + 1) * band_rows);
-  triangles.cover(band, blocks);
-  std::vector<std::uint32_t> out;
-  for (int x = left; x < width; x += CoveredBlocks::width) out.push_back(blocks.alone(out.size()));
-  return out;
+  triangles.each(band, 0, [&](const ScreenTriangle& t, auto number) { blocks.cover(t, number); });
+  triangles.each(band, 0, [&](const ScreenTriangle& t, auto number) { blocks.show(t, number); });
+  return blocks;
 }
 
-// Whatever is said to be alone in a block is what all its samples show.
-TEST(ScreenTriangles, WhatCoversABlockIsAllThatIsDrawnThere) {
+/// What the samples of a block show if only what may be seen there is drawn.
+std::vector<std::uint32_t> shown_in(const ScreenTriangles& triangles, int band,
+                                    const CoveredBlocks& blocks, int block, int left, int right) {
+  std::vector<std::uint32_t> numbers;
+  for (const CoveredBlocks::Shown& shown : blocks.shown())
+    if (shown.first <= block && shown.last >= block) numbers.push_back(shown.number);
+  std::vector<std::uint32_t> ids(
+      static_cast<std::size_t>(packed_samples * band_rows * (right - left)), no_triangle);
+  std::vector<float> depth(ids.size(), 0.0f);
+  triangles.draw(std::span(numbers),
+                 {left, right, band * band_rows, (band + 1) * band_rows, packed_samples,
+                  sample_places(packed_samples), depth.data(), ids.data(), true});
+  return ids;
+}
+
+// Whatever is said to be alone in a block is what all its samples show, and what is left out is seen
+// at none.
+TEST(ScreenTriangles, WhatCoversABlockHidesWhatIsBehind) {
   std::mt19937 random(13);
-  std::size_t found = 0, samples = 0;
-  for (int round = 0; round < 2000; ++round) {
+  std::size_t alone = 0, left_out = 0;
+  for (int round = 0; round < 1000; ++round) {
     ScreenTriangles triangles;
     triangles.begin(width, height);
     for (std::uint32_t i = 0; i < 8; ++i)
       triangles.add(any_triangle(random, i == 0 ? 3.0 : 200.0), i, Facing::both);
     const auto ids = shown(triangles, packed_samples, true);
-    for (int band = 0; band < height / band_rows; ++band) {
-      const int left = round % 3 * 4;
-      const auto blocks = alone(triangles, band, left);
-      for (std::size_t i = 0; i < ids.size() / 2; ++i) {
-        const int x = static_cast<int>(i / packed_samples) % width;
-        if (x < left) continue;
-        const std::uint32_t claimed =
-            blocks[static_cast<std::size_t>((x - left) / CoveredBlocks::width)];
+    const int band = round % 2, left = round % 3 * 4;
+    const CoveredBlocks blocks = looked_at(triangles, band, left);
+    left_out += triangles.pieces() - blocks.shown().size();
+    for (int x = left, block = 0; x < width; x += CoveredBlocks::width, ++block) {
+      const int end = std::min(x + CoveredBlocks::width, width);
+      const auto some = shown_in(triangles, band, blocks, block, x, end);
+      const std::uint32_t claimed = blocks.alone(static_cast<std::size_t>(block));
+      alone += claimed != no_triangle;
+      for (int row = 0; row < band_rows; ++row) {
+        const auto length = static_cast<std::size_t>(packed_samples * (end - x));
+        const auto* all =
+            &ids[static_cast<std::size_t>(packed_samples * ((band * band_rows + row) * width + x))];
+        ASSERT_TRUE(std::equal(all, all + length, &some[row * length])) << round;
         if (claimed == no_triangle) continue;
-        ++samples;
-        ASSERT_EQ(ids[static_cast<std::size_t>(band) * ids.size() / 2 + i], claimed) << round;
+        ASSERT_EQ(std::count(all, all + length, claimed), static_cast<std::ptrdiff_t>(length));
       }
-      found += static_cast<std::size_t>(blocks.size()) -
-               static_cast<std::size_t>(std::count(blocks.begin(), blocks.end(), no_triangle));
     }
   }
-  EXPECT_GT(found, 500u);
-  EXPECT_GT(samples, 500u * packed_samples * band_rows * 8);
+  EXPECT_GT(alone, 200u);
+  EXPECT_GT(left_out, 500u);
 }
 
 // An edge a thirtieth of a pixel beside the block, or a triangle behind it, changes nothing.
@@ -339,7 +358,8 @@ TEST(ScreenTriangles, ABlockIsCoveredUpToItsEdges) {
     // The first block shows the nearer one alone or both, the second the farther one or both.
     const std::vector<std::uint32_t> expected =
         beside > 0 ? std::vector{1u, no_triangle} : std::vector{no_triangle, 0u};
-    EXPECT_EQ(alone(triangles, 0, 0), expected);
+    const CoveredBlocks blocks = looked_at(triangles, 0, 0);
+    EXPECT_EQ((std::vector{blocks.alone(0), blocks.alone(1)}), expected);
   }
 }
 
