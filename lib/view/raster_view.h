@@ -3,7 +3,8 @@
 /// The fast picture of a lit scene, rasterised: what render_view() traces, at a third to a quarter of its cost.
 ///
 /// The scene's triangles are drawn with eight samples a pixel, and each is shaded once in every pixel
-/// that shows it, at the mean place of its samples there. Where a planar mirror is seen, the scene
+/// that shows it, at the mean place of its samples there; samples are drawn only where one triangle does
+/// not cover all around (covered_blocks.h). Where a planar mirror is seen, the scene
 /// is drawn once more as the mirror shows it; what curved mirrors and mirrors in mirrors show is
 /// traced by rays. Everything is sampled at fixed places: no noise, no flicker.
 #pragma once
