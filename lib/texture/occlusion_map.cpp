@@ -68,8 +68,16 @@ OcclusionMap lay_out_map(const PictureBounds& bounds, const Camera& camera, int 
 
 void finish_map(const DepthGrid& grid, int finer, const Camera& camera, double fade_width,
                 OcclusionMap& map, const TextureLoops& loops) {
+  // Kept, so that it is neither cleared nor asked for anew: all of it is written.
+  struct Memory {
+    std::vector<float> surface, wide;
+    std::vector<int> distance;
+  };
+  thread_local Memory memory;
+  auto& [surface, wide, distance] = memory;
   const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
-  std::vector<float> surface(texels);
+  for (auto* numbers : {&surface, &wide}) numbers->resize(texels);
+  distance.resize(texels);
   for (int y = 0; y < map.height; ++y) {
     const float* row = grid.inverse + static_cast<std::size_t>(y) * finer * grid.stride;
     float* to = surface.data() + static_cast<std::size_t>(y) * map.width;
@@ -83,7 +91,6 @@ void finish_map(const DepthGrid& grid, int finer, const Camera& camera, double f
   // Beside no surface (depth 0) everything is a jump.
   constexpr float steepest = 6.0f;
   const auto texel_per_depth = map.step / static_cast<float>(camera.K[0][0]);
-  std::vector<int> distance(texels);
   loops.mark_jumps(surface.data(), map.width, map.height, steepest * texel_per_depth,
                    distance.data());
   mark_frame(distance, map, camera);
@@ -97,7 +104,6 @@ void finish_map(const DepthGrid& grid, int finer, const Camera& camera, double f
                        std::max(static_cast<float>(fade_width) / map.step, 1.0f),
                        map.near,
                        65534.0f / (map.far - map.near)};
-  std::vector<float> wide(texels);
   map.depth.resize(texels);
   map.fade.resize(texels);
   loops.finish_texels(surface.data(), distance.data(), scale, wide.data(), map.depth.data(),
