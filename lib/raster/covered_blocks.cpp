@@ -117,7 +117,7 @@ void CoveredBlocks::cover(const ScreenTriangle& t, std::uint32_t number) {
   const Range rows{static_cast<double>(top_), static_cast<double>(bottom_)};
   if (!(t.y[0] < rows.low && t.y[2] > rows.high)) return;
   const auto [first, last] = touched(t);
-  // All but the first and the last, unless it goes on beside the band's.
+  // What covers a block reaches into those beside it, but for the band's ends.
   if (last - first < 2 && first > 0 && last + 1 < static_cast<int>(blocks_.size())) return;
   const Edges edges(t, rows);
   for (int i = first; i <= last; ++i) {
