@@ -36,7 +36,7 @@ struct CameraValues {
 
 std::span<const Property<CameraValues>> camera_properties() {
   static constexpr std::array table{property<&CameraValues::camera>(
-      "camera", "Camera",
+      "camera",
       "Name of the camera in the rig file whose bounds limit the matte. Empty takes the name of "
       "this element. Used only where rig is set.")};
   return table;
@@ -234,15 +234,14 @@ void ChromaMatte::class_init(gpointer klass) {
       klass,
       "Counters since the element started: frames keyed, frames-unwanted (left out in a live "
       "stream because what follows cannot keep up), colours-unconverted (videos of high dynamic "
-      "range or of BT.2020's primaries), warnings, frames keyed without the "
-      "screen or the clean plate that the method needs, the colours found for screen "
-      "and foreground (as 0xRRGGBB) with their key signal in levels, how many frames the "
-      "clean plate is still learned from, and, of frames that were shown by another view than "
-      "composite, how clear their matte is: score, of 100, and what is doubtful of the subject "
-      "and of the screen, in percent of the picture.");
+      "range or of BT.2020's primaries), warnings, frames keyed without the screen or the clean "
+      "plate that the method needs, the colours found for screen and foreground (as 0xRRGGBB) with "
+      "their key signal in levels, how many frames the clean plate is still learned from, and, of "
+      "frames that were shown by another view than composite, how clear their matte is: score, of "
+      "100, and what is doubtful of the subject and of the screen, in percent of the picture.");
   set_metadata(klass, "Chroma matte", "Filter/Effect/Video",
-               "Keys a subject out of a coloured screen or a known room; "
-               "writes RGBA with the matte in alpha");
+               "Keys a subject out of a coloured screen or a known room; writes RGBA with the "
+               "matte in alpha");
   add_template(klass, "sink", GST_PAD_SINK, POLYHULL_KEYABLE_CAPS);
   add_template(klass, "src", GST_PAD_SRC, GST_VIDEO_CAPS_MAKE("RGBA"));
 

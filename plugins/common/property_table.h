@@ -40,7 +40,6 @@ struct Fraction {
 template <class Settings>
 struct Property {
   const char* name;
-  const char* nick;   ///< a name for people
   const char* blurb;  ///< in full sentences, with unit and range
   double minimum;
   double maximum;
@@ -69,33 +68,33 @@ GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
     flags |= GST_PARAM_CONTROLLABLE;
   const auto f = static_cast<GParamFlags>(flags);
   if constexpr (std::is_same_v<T, bool>) {
-    return g_param_spec_boolean(p.name, p.nick, p.blurb, standard, f);
+    return g_param_spec_boolean(p.name, p.name, p.blurb, standard, f);
   } else if constexpr (std::is_enum_v<T>) {
-    return g_param_spec_enum(p.name, p.nick, p.blurb, enum_type<T>(), static_cast<gint>(standard),
+    return g_param_spec_enum(p.name, p.name, p.blurb, enum_type<T>(), static_cast<gint>(standard),
                              f);
   } else if constexpr (std::is_same_v<T, int>) {
-    return g_param_spec_int(p.name, p.nick, p.blurb, static_cast<gint>(p.minimum),
+    return g_param_spec_int(p.name, p.name, p.blurb, static_cast<gint>(p.minimum),
                             static_cast<gint>(p.maximum), standard, f);
   } else if constexpr (std::is_same_v<T, std::uint32_t>) {
-    return g_param_spec_uint(p.name, p.nick, p.blurb, static_cast<guint>(p.minimum),
+    return g_param_spec_uint(p.name, p.name, p.blurb, static_cast<guint>(p.minimum),
                              static_cast<guint>(p.maximum), standard, f);
   } else if constexpr (std::is_same_v<T, std::uint64_t>) {
     return g_param_spec_uint64(
-        p.name, p.nick, p.blurb, static_cast<guint64>(p.minimum),
+        p.name, p.name, p.blurb, static_cast<guint64>(p.minimum),
         p.maximum >= 18446744073709551615.0 ? G_MAXUINT64 : static_cast<guint64>(p.maximum),
         standard, f);
   } else if constexpr (std::is_same_v<T, std::int64_t>) {
-    return g_param_spec_int64(p.name, p.nick, p.blurb, static_cast<gint64>(p.minimum),
+    return g_param_spec_int64(p.name, p.name, p.blurb, static_cast<gint64>(p.minimum),
                               static_cast<gint64>(p.maximum), standard, f);
   } else if constexpr (std::is_same_v<T, double>) {
-    return g_param_spec_double(p.name, p.nick, p.blurb, p.minimum, p.maximum, standard, f);
+    return g_param_spec_double(p.name, p.name, p.blurb, p.minimum, p.maximum, standard, f);
   } else if constexpr (std::is_same_v<T, Fraction>) {
-    return gst_param_spec_fraction(p.name, p.nick, p.blurb, static_cast<gint>(p.minimum), 1,
+    return gst_param_spec_fraction(p.name, p.name, p.blurb, static_cast<gint>(p.minimum), 1,
                                    static_cast<gint>(p.maximum), 1, standard.numerator,
                                    standard.denominator, f);
   } else {
     static_assert(std::is_same_v<T, std::string>, "no GObject property for this type");
-    return g_param_spec_string(p.name, p.nick, p.blurb,
+    return g_param_spec_string(p.name, p.name, p.blurb,
                                standard.empty() ? nullptr : standard.c_str(), f);
   }
 }
@@ -155,13 +154,12 @@ void write_value(const T& source, GValue* value) {
 /// One row of a table: the property \p name over the member \p Member of the settings struct.
 /// \p minimum and \p maximum matter for numbers only.
 template <auto Member>
-constexpr auto property(const char* name, const char* nick, const char* blurb, double minimum = 0.0,
+constexpr auto property(const char* name, const char* blurb, double minimum = 0.0,
                         double maximum = 0.0, Change change = Change::live) {
   using Settings = typename detail::MemberOf<Member>::Settings;
   using T = typename detail::MemberOf<Member>::Type;
   return Property<Settings>{
       name,
-      nick,
       blurb,
       minimum,
       maximum,
@@ -198,12 +196,11 @@ inline void take(Vec3f& colour, std::uint32_t argb) {
 
 /// As property(), of the type that shown() makes of the member.
 template <auto Member>
-constexpr auto shown_property(const char* name, const char* nick, const char* blurb,
-                              double minimum = 0.0, double maximum = 0.0) {
+constexpr auto shown_property(const char* name, const char* blurb, double minimum = 0.0,
+                              double maximum = 0.0) {
   using Settings = typename detail::MemberOf<Member>::Settings;
   using T = decltype(shown(Settings{}.*Member));
   return Property<Settings>{name,
-                            nick,
                             blurb,
                             minimum,
                             maximum,

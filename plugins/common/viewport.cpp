@@ -42,16 +42,15 @@ std::optional<Vec3> three_numbers(std::string_view text) {
 
 /// A short way to set three numbers at once, which are read where they are kept.
 template <auto X, auto Y, auto Z>
-constexpr Property<S> place_property(const char* name, const char* nick, const char* blurb) {
+constexpr Property<S> place_property(const char* name, const char* blurb) {
   return {name,
-          nick,
           blurb,
           -far,
           far,
           Change::live,
           [](const Property<S>& p) {
             return g_param_spec_string(
-                p.name, p.nick, p.blurb, nullptr,
+                p.name, p.name, p.blurb, nullptr,
                 static_cast<GParamFlags>(G_PARAM_WRITABLE | G_PARAM_STATIC_STRINGS |
                                          GST_PARAM_MUTABLE_PLAYING));
           },
@@ -76,51 +75,43 @@ std::vector<double> ViewportSettings::distortion() const {
 std::span<const Property<ViewportSettings>> viewport_properties() {
   static constexpr Property<S> table[] = {
       place_property<&S::eye_x, &S::eye_y, &S::eye_z>(
-          "eye", "Eye",
+          "eye",
           "Place of the viewport's eye: eye-x, eye-y and eye-z at once, as in 1.15,1.5,2.75 "
-          "(metres, "
-          "-1e6 to 1e6)."),
+          "(metres, -1e6 to 1e6)."),
       place_property<&S::target_x, &S::target_y, &S::target_z>(
-          "target", "Target",
+          "target",
           "Point in the middle of the picture: target-x, target-y and target-z at once, as in "
           "0,0.98,0 (metres, -1e6 to 1e6)."),
-      property<&S::eye_x>("eye-x", "Eye x",
-                          "Place of the viewport's eye, x, in scene metres (-1e6 to 1e6).", -far,
+      property<&S::eye_x>("eye-x", "Place of the viewport's eye, x, in scene metres (-1e6 to 1e6).",
+                          -far, far),
+      property<&S::eye_y>("eye-y", "Height (y) of the viewport's eye, in metres (-1e6 to 1e6).",
+                          -far, far),
+      property<&S::eye_z>("eye-z", "Place of the viewport's eye, z, in metres (-1e6 to 1e6).", -far,
                           far),
-      property<&S::eye_y>("eye-y", "Eye y",
-                          "Height (y) of the viewport's eye, in metres (-1e6 to 1e6).", -far, far),
-      property<&S::eye_z>("eye-z", "Eye z",
-                          "Place of the viewport's eye, z, in metres (-1e6 to 1e6).", -far, far),
-      property<&S::target_x>("target-x", "Target x",
-                             "Point in the middle of the picture, x, in metres (-1e6 to 1e6).",
-                             -far, far),
-      property<&S::target_y>("target-y", "Target y",
-                             "Point in the middle of the picture, y, in metres (-1e6 to 1e6).",
-                             -far, far),
-      property<&S::target_z>("target-z", "Target z",
-                             "Point in the middle of the picture, z, in metres (-1e6 to 1e6).",
-                             -far, far),
-      property<&S::field_of_view>("field-of-view", "Field of view",
+      property<&S::target_x>(
+          "target-x", "Point in the middle of the picture, x, in metres (-1e6 to 1e6).", -far, far),
+      property<&S::target_y>(
+          "target-y", "Point in the middle of the picture, y, in metres (-1e6 to 1e6).", -far, far),
+      property<&S::target_z>(
+          "target-z", "Point in the middle of the picture, z, in metres (-1e6 to 1e6).", -far, far),
+      property<&S::field_of_view>("field-of-view",
                                   "Angle from the lower to the upper edge of the picture, in "
-                                  "degrees (1 to 170). A lens that "
-                                  "distorts moves these edges.",
+                                  "degrees (1 to 170). A lens that distorts moves these edges.",
                                   1, 170),
-      property<&S::key_frames>(
-          "key-frames", "Key frames",
-          "Path of a file of key frames (docs/viewport.md) by which the viewport moves with stream "
-          "time, in the place of eye, target and field of view. Read again when it is written "
-          "anew."),
+      property<&S::key_frames>("key-frames",
+                               "Path of a file of key frames (docs/viewport.md) by which the "
+                               "viewport moves with stream time, in the place of eye, target and "
+                               "field of view. Read again when it is written anew."),
       property<&S::k1>(
-          "distortion-k1", "Distortion k1",
-          "The lens's radial distortion: OpenCV's coefficient k1 (-10 to 10). Negative: "
-          "barrel. It holds where neither a background's announcement nor a tracked "
-          "camera tells the lens.",
+          "distortion-k1",
+          "The lens's radial distortion: OpenCV's coefficient k1 (-10 to 10). Negative: barrel. It "
+          "holds where neither a background's announcement nor a tracked camera tells the lens.",
           -10, 10),
-      property<&S::k2>("distortion-k2", "Distortion k2", "As distortion-k1: OpenCV's k2.", -10, 10),
-      property<&S::k3>("distortion-k3", "Distortion k3", "As distortion-k1: OpenCV's k3.", -10, 10),
-      property<&S::p1>("distortion-p1", "Distortion p1",
+      property<&S::k2>("distortion-k2", "As distortion-k1: OpenCV's k2.", -10, 10),
+      property<&S::k3>("distortion-k3", "As distortion-k1: OpenCV's k3.", -10, 10),
+      property<&S::p1>("distortion-p1",
                        "As distortion-k1: the tangential coefficient p1 of OpenCV.", -10, 10),
-      property<&S::p2>("distortion-p2", "Distortion p2",
+      property<&S::p2>("distortion-p2",
                        "As distortion-k1: the tangential coefficient p2 of OpenCV.", -10, 10),
   };
   return table;
@@ -159,9 +150,8 @@ std::string LensWatch::look(const Camera& viewport) {
   return fmt::format(
       "The viewport's distortion is no lens's: it turns back within the picture, {:.0f} % of which "
       "it has no place for. There a background is left as it is, and scenesrc shows what it does "
-      "at "
-      "the rim of the rest. Look at distortion-k1 and on, or at what the background or its tracker "
-      "announces.",
+      "at the rim of the rest. Look at distortion-k1 and on, or at what the background or its "
+      "tracker announces.",
       100.0 * share);
 }
 

@@ -113,117 +113,104 @@ std::span<const Property<CompositeSettings>> composite_properties() {
   constexpr double far = 1e6;
   static const Property<S> table[] = {
       property<&S::scene>(
-          "scene", "Scene",
+          "scene",
           "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or one that ships, "
-          "builtin:room or builtin:apartment. "
-          "Used where the background does not announce its scene; unset, there is then no scene: "
-          "nothing hides the subject, and it throws no shadow. While playing the next one is "
-          "loaded beside the last one, which live frames have until then; a file that was written "
-          "anew is loaded again when it is set again."),
+          "builtin:room or builtin:apartment. Used where the background does not announce its "
+          "scene; unset, there is then no scene: nothing hides the subject, and it throws no "
+          "shadow. While playing the next one is loaded beside the last one, which live frames "
+          "have until then; a file that was written anew is loaded again when it is set again."),
       property<&S::exposure>(
-          "exposure", "Exposure",
+          "exposure",
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "
           "background does not announce it; 0 takes the scene's own.",
           0, far),
-      property<&S::backend>("backend", "Backend", "What draws the pictures."),
-      property<&S::subject>(
-          "subject", "Subject",
-          "As what subjects are drawn. image-based needs no hull (hullbuild surface=none) and no "
-          "hulltexture, and is drawn by the processor."),
-      property<&S::shadow>("shadow", "Shadow",
-                           "How exactly the subject's shadows of the scene's lights are drawn. "
-                           "How soft each is depends on the size of its light."),
-      property<&S::mirror>("mirror", "Mirror",
+      property<&S::backend>("backend", "What draws the pictures."),
+      property<&S::subject>("subject",
+                            "As what subjects are drawn. image-based needs no hull (hullbuild "
+                            "surface=none) and no hulltexture, and is drawn by the processor."),
+      property<&S::shadow>("shadow",
+                           "How exactly the subject's shadows of the scene's lights are drawn. How "
+                           "soft each is depends on the size of its light."),
+      property<&S::mirror>("mirror",
                            "How the subject's images in the scene's planar mirrors are drawn: "
                            "where there are more than eight, in those in which it is largest."),
-      property<&S::reflection_alpha>("reflection-alpha", "Reflection alpha",
+      property<&S::reflection_alpha>("reflection-alpha",
                                      "Share of the mirror image in mirror=plain (0 to 1).", 0, 1),
       property<&S::mirror_depth>(
-          "mirror-depth", "Mirror depth",
-          "By way of how many mirrors, one seen in the other, the subject is "
-          "seen (1 to 4).",
-          1, 4),
+          "mirror-depth",
+          "By way of how many mirrors, one seen in the other, the subject is seen (1 to 4).", 1, 4),
       parsed_property<&S::mirrors, parse_mirror_choice>(
-          "mirrors", "Mirrors",
+          "mirrors",
           "Which of the scene's planar mirrors show the subject: auto for all, or the names of "
           "nodes, semicolons between and those with spaces in quotes; a minus before a name leaves "
           "its mirrors out.",
           "auto, or names of nodes as in floor; \"tall mirror\" or -window"),
-      property<&S::alpha>("alpha", "Alpha",
-                          "What the colours beside an alpha below 1 are, of the background and of "
-                          "the output alike. "
-                          "NV12 and I420 have no alpha: the background counts as opaque then."),
-      property<&S::view>("view", "View",
+      property<&S::alpha>(
+          "alpha",
+          "What the colours beside an alpha below 1 are, of the background and of the output "
+          "alike. NV12 and I420 have no alpha: the background counts as opaque then."),
+      property<&S::view>("view",
                          "What the output shows: a switcher gets fill and key from two outputs."),
-      property<&S::edge_samples>("edge-samples", "Edge samples",
+      property<&S::edge_samples>("edge-samples",
                                  "Samples per pixel at the subject's edges (0 to 16; the processor "
-                                 "takes 8 at most): 0 and 1 "
-                                 "draw hard edges.",
+                                 "takes 8 at most): 0 and 1 draw hard edges.",
                                  0, 16),
-      property<&S::soft_edges>(
-          "soft-edges", "Soft edges",
-          "Whether outlines are as soft as the mattes in the views' alpha, for hair and fur; "
-          "otherwise they are the hull's polygons."),
+      property<&S::soft_edges>("soft-edges",
+                               "Whether outlines are as soft as the mattes in the views' alpha, "
+                               "for hair and fur; otherwise they are the hull's polygons."),
       property<&S::depth_of_field>(
-          "depth-of-field", "Depth of field",
-          "What is blurred where it is nearer or farther than focus-distance."),
-      property<&S::aperture>(
-          "aperture", "Aperture",
-          "Diameter of the lens's entrance pupil, focal length over f-number, in millimetres (0 to "
-          "1000); 0 takes what the background announces of a tracked lens, and where that is "
-          "nothing all is sharp.",
-          0, 1000),
+          "depth-of-field", "What is blurred where it is nearer or farther than focus-distance."),
+      property<&S::aperture>("aperture",
+                             "Diameter of the lens's entrance pupil, focal length over f-number, "
+                             "in millimetres (0 to 1000); 0 takes what the background announces of "
+                             "a tracked lens, and where that is nothing all is sharp.",
+                             0, 1000),
       property<&S::focus_distance>(
-          "focus-distance", "Focus distance",
+          "focus-distance",
           "How far from the eye things are sharp, along the optical axis, in metres (0 to 1e6); 0 "
           "takes what the background announces of a tracked lens, else 3.",
           0, far),
-      property<&S::motion_blur>(
-          "motion-blur", "Motion blur",
-          "What is blurred where the viewport moves from frame to frame. A person's own motion is "
-          "blurred in the cameras' pictures."),
+      property<&S::motion_blur>("motion-blur",
+                                "What is blurred where the viewport moves from frame to frame. A "
+                                "person's own motion is blurred in the cameras' pictures."),
       property<&S::shutter_angle>(
-          "shutter-angle", "Shutter angle",
+          "shutter-angle",
           "How long the viewport's shutter is open for motion-blur: in degrees, of which 360 are "
           "the time from a frame to the next (0 to 360).",
           0, 360),
       property<&S::falloff_a1>(
-          "falloff-a1", "Fall-off a1",
+          "falloff-a1",
           "How the picture's linear light falls off from its middle, as OpenTrackIO's exposure "
           "fall-off: it is multiplied by 1 + a1 r² + a2 r⁴ + a3 r⁶, r being the distance from the "
           "principal point over the focal length (-100 to 100). -1.84, 1.81, -0.73 is the natural "
           "fall-off of an ideal lens, cos⁴; 0, 0, 0 is none.",
           -100, 100),
-      property<&S::falloff_a2>("falloff-a2", "Fall-off a2", "As falloff-a1 (-100 to 100).", -100,
-                               100),
-      property<&S::falloff_a3>("falloff-a3", "Fall-off a3", "As falloff-a1 (-100 to 100).", -100,
-                               100),
+      property<&S::falloff_a2>("falloff-a2", "As falloff-a1 (-100 to 100).", -100, 100),
+      property<&S::falloff_a3>("falloff-a3", "As falloff-a1 (-100 to 100).", -100, 100),
       property<&S::grain>(
-          "grain", "Grain",
+          "grain",
           "Grain of the sensor: the standard deviation of each channel's code, as a share of white "
           "(0 to 1); 0 is none. It depends on the frame's time alone.",
           0, 1),
-      property<&S::grain_size>("grain-size", "Grain size",
-                               "How wide a grain is, in pixels (1 to 50).", 1, 50),
-      property<&S::async_readback>(
-          "async-readback", "Asynchronous read-back",
-          "Whether a picture that OpenGL draws for system memory (RGBA) is handed on one frame "
-          "later, so that nothing waits for the graphics processor. The latency has that frame in "
-          "it."),
-      property<&S::skip>("skip", "Skip",
+      property<&S::grain_size>("grain-size", "How wide a grain is, in pixels (1 to 50).", 1, 50),
+      property<&S::async_readback>("async-readback",
+                                   "Whether a picture that OpenGL draws for system memory (RGBA) "
+                                   "is handed on one frame later, so that nothing waits for the "
+                                   "graphics processor. The latency has that frame in it."),
+      property<&S::skip>("skip",
                          "Whether work that changes no pixel is left out. The picture is the same "
                          "without, only slower: for tests."),
       property<&S::navigate>(
-          "navigate", "Navigate",
+          "navigate",
           "Whether mouse and keys that a video sink sends back move the viewport. Where the "
           "background announces its camera they are passed on to its source instead."),
       property<&S::max_mesh_age>(
-          "max-mesh-age", "Oldest mesh",
+          "max-mesh-age",
           "How much older than the background's frame a mesh may be, in nanoseconds, before it is "
           "no longer shown (0 to 18446744073709551615, which is for ever).",
           0, 18446744073709551615.0),
       property<&S::max_latency>(
-          "max-latency", "Largest latency",
+          "max-latency",
           "How late meshes and frames may come, in nanoseconds (0 to 60 s), to be waited for in a "
           "live stream. The wait fits itself to what has come in the last ten seconds.",
           0, 60.0 * GST_SECOND),
@@ -275,81 +262,74 @@ std::span<const Property<PlacementSettings>> placement_properties() {
   constexpr double far = 1e6;
   static const Property<S> table[] = {
       property<&S::translate_x>(
-          "translate-x", "Translate x",
-          "Moves the subject along the scene's x axis, in metres (-1e6 to 1e6).", -far, far),
-      property<&S::translate_y>("translate-y", "Translate y",
-                                "Moves the subject up, in metres (-1e6 to 1e6).", -far, far),
+          "translate-x", "Moves the subject along the scene's x axis, in metres (-1e6 to 1e6).",
+          -far, far),
+      property<&S::translate_y>("translate-y", "Moves the subject up, in metres (-1e6 to 1e6).",
+                                -far, far),
       property<&S::translate_z>(
-          "translate-z", "Translate z",
-          "Moves the subject along the scene's z axis, in metres (-1e6 to 1e6).", -far, far),
-      property<&S::rotate_x>("rotate-x", "Rotate x",
+          "translate-z", "Moves the subject along the scene's z axis, in metres (-1e6 to 1e6).",
+          -far, far),
+      property<&S::rotate_x>("rotate-x",
                              "Turns the subject about the x axis through its pivot, in degrees "
                              "(-1e6 to 1e6); x first, then y, then z.",
                              -far, far),
-      property<&S::rotate_y>("rotate-y", "Rotate y",
+      property<&S::rotate_y>("rotate-y",
                              "Turns the subject about the vertical axis, in degrees (-1e6 to 1e6).",
                              -far, far),
-      property<&S::rotate_z>("rotate-z", "Rotate z",
-                             "Turns the subject about the z axis, in degrees (-1e6 to 1e6).", -far,
-                             far),
-      property<&S::scale>("scale", "Scale",
+      property<&S::rotate_z>(
+          "rotate-z", "Turns the subject about the z axis, in degrees (-1e6 to 1e6).", -far, far),
+      property<&S::scale>("scale",
                           "Size of the subject (0.001 to 1000), about its pivot; 1 is life-size.",
                           0.001, 1000),
-      property<&S::pivot>("pivot", "Pivot",
+      property<&S::pivot>("pivot",
                           "About which point the subject is turned and scaled. The default keeps "
                           "feet on the floor while it moves, and a turn turns its walk, too."),
-      property<&S::pivot_x>(
-          "pivot-x", "Pivot x",
-          "Of pivot=point, in the scene's metres (-1e6 to 1e6), where the subject "
-          "stands before it is placed.",
-          -far, far),
-      property<&S::pivot_y>("pivot-y", "Pivot y", "As pivot-x.", -far, far),
-      property<&S::pivot_z>("pivot-z", "Pivot z", "As pivot-x.", -far, far),
+      property<&S::pivot_x>("pivot-x",
+                            "Of pivot=point, in the scene's metres (-1e6 to 1e6), where the "
+                            "subject stands before it is placed.",
+                            -far, far),
+      property<&S::pivot_y>("pivot-y", "As pivot-x.", -far, far),
+      property<&S::pivot_z>("pivot-z", "As pivot-x.", -far, far),
       property<&S::light>(
-          "light", "Light",
+          "light",
           "The light that the subject is seen in. With shade it darkens in the scene's shadows and "
           "goes through pools of light: its colours are multiplied by the scene's light where each "
           "part of it is, relative to the light a metre above the scene's origin, past other "
           "subjects. With relit it is also shaded by the way each part faces that light and by "
-          "what "
-          "the body hides of it from itself."),
-      property<&S::relight>("relight", "Relight",
+          "what the body hides of it from itself."),
+      property<&S::relight>("relight",
                             "How much of the shading that the scene's light gives the body's form "
                             "light=relit draws (0 to 1): 0 is as shade.",
                             0, 1),
       property<&S::match>(
-          "match", "Match",
+          "match",
           "Set to true, sets exposure and the slopes once to what a white surface is in the "
           "scene's light where the subject stands, from the next frame on, and is false again."),
-      property<&S::exposure>("exposure", "Exposure",
+      property<&S::exposure>("exposure",
                              "By how many stops the subject is made brighter (-10 to 10), with its "
                              "mirror image and in linear light.",
                              -10, 10),
-      property<&S::slope_red>(
-          "slope-red", "Slope, red",
-          "Gain of the subject's red (0 to 16): white balance by one channel against another. "
-          "Slopes, offsets, powers and saturation are those of the ASC Color Decision List, in "
-          "linear light.",
-          0, 16),
-      property<&S::slope_green>("slope-green", "Slope, green", "As slope-red (0 to 16).", 0, 16),
-      property<&S::slope_blue>("slope-blue", "Slope, blue", "As slope-red (0 to 16).", 0, 16),
+      property<&S::slope_red>("slope-red",
+                              "Gain of the subject's red (0 to 16): white balance by one channel "
+                              "against another. Slopes, offsets, powers and saturation are those "
+                              "of the ASC Color Decision List, in linear light.",
+                              0, 16),
+      property<&S::slope_green>("slope-green", "As slope-red (0 to 16).", 0, 16),
+      property<&S::slope_blue>("slope-blue", "As slope-red (0 to 16).", 0, 16),
       property<&S::offset_red>(
-          "offset-red", "Offset, red",
+          "offset-red",
           "Lift of the subject's red: is added after the slope, as a share of white (-1 to 1).", -1,
           1),
-      property<&S::offset_green>("offset-green", "Offset, green", "As offset-red (-1 to 1).", -1,
-                                 1),
-      property<&S::offset_blue>("offset-blue", "Offset, blue", "As offset-red (-1 to 1).", -1, 1),
-      property<&S::power_red>("power-red", "Power, red",
+      property<&S::offset_green>("offset-green", "As offset-red (-1 to 1).", -1, 1),
+      property<&S::offset_blue>("offset-blue", "As offset-red (-1 to 1).", -1, 1),
+      property<&S::power_red>("power-red",
                               "Power that the subject's red is raised to after the offset, the "
                               "inverse of a gamma (0.1 to 10): below 1 mid-tones become brighter.",
                               0.1, 10),
-      property<&S::power_green>("power-green", "Power, green", "As power-red (0.1 to 10).", 0.1,
-                                10),
-      property<&S::power_blue>("power-blue", "Power, blue", "As power-red (0.1 to 10).", 0.1, 10),
-      property<&S::saturation>("saturation", "Saturation",
-                               "How colourful the subject is (0 to 4): 0 is grey, 1 as it was.", 0,
-                               4),
+      property<&S::power_green>("power-green", "As power-red (0.1 to 10).", 0.1, 10),
+      property<&S::power_blue>("power-blue", "As power-red (0.1 to 10).", 0.1, 10),
+      property<&S::saturation>(
+          "saturation", "How colourful the subject is (0 to 4): 0 is grey, 1 as it was.", 0, 4),
   };
   return table;
 }

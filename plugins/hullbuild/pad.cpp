@@ -6,10 +6,10 @@
 namespace polyhull::element {
 namespace {
 
-constexpr Property<HullPadSettings> properties[] = {property<&HullPadSettings::camera>(
-    "camera", "Camera",
-    "Name of the camera in the rig file whose views come in here. Unset, the name that the views "
-    "carry counts.")};
+constexpr Property<HullPadSettings> properties[] = {
+    property<&HullPadSettings::camera>("camera",
+                                       "Name of the camera in the rig file whose views come in "
+                                       "here. Unset, the name that the views carry counts.")};
 
 }  // namespace
 

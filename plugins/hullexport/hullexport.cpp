@@ -80,25 +80,24 @@ std::span<const Property<Settings>> properties() {
   using S = Settings;
   static const Property<S> table[] = {
       property<&S::location>(
-          "location", "Location",
+          "location",
           "File to write; its ending, .glb, .ply or .obj, says the format. With a number in it, "
           "such as hull-%05d.glb, each mesh becomes a file of its own, counted from 0.",
           0, 0, Change::when_ready),
-      property<&S::keep>("keep", "Kept mesh",
+      property<&S::keep>("keep",
                          "Which mesh a location without a number holds. The last one is written "
                          "when the stream ends or the element stops.",
                          0, 0, Change::when_ready),
-      property<&S::every>("every", "Every",
+      property<&S::every>("every",
                           "Writes only every n-th mesh of a numbered sequence (1 to 1000000).", 1,
                           1000000),
       property<&S::textured>(
-          "textured", "Textured",
+          "textured",
           "Whether GLB and OBJ files carry the camera pictures, if the mesh has been textured."),
       property<&S::double_precision>(
-          "double-precision", "Double precision",
-          "Whether PLY files hold coordinates as double instead of float."),
+          "double-precision", "Whether PLY files hold coordinates as double instead of float."),
       property<&S::jpeg_quality>(
-          "jpeg-quality", "JPEG quality",
+          "jpeg-quality",
           "Quality of the pictures in GLB files (1 to 100); 0 writes them as PNG, without loss.", 0,
           100),
   };
@@ -227,11 +226,10 @@ gboolean open(GstElement* element) {
     std::filesystem::path folder = std::filesystem::path(self.name->name(0)).parent_path();
     if (folder.empty()) folder = ".";
     if (access(folder.c_str(), W_OK | X_OK) != 0)
-      throw Error(
-          Error::Kind::io,
-          "The folder of '{}' cannot be written to: {}. Make the folder, or set location to "
-          "another one.",
-          location, std::strerror(errno));
+      throw Error(Error::Kind::io,
+                  "The folder of '{}' cannot be written to: {}. Make the folder, or set location "
+                  "to another one.",
+                  location, std::strerror(errno));
     self.claim.emplace(location);
     self.statistics.reset();
     self.first_written = false;
@@ -255,11 +253,10 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
 void HullExport::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(hullexport_debug, "hullexport", 0, "meshes to files");
   add_properties<HullExport>(klass, properties(), &HullExport::settings);
-  add_statistics<HullExport>(
-      klass,
-      "Counters since the start: files (written), meshes-fading (of a subject "
-      "that fades: left out), meshes-unusable (buffers that were no mesh); "
-      "write-ms, the milliseconds the last file took.");
+  add_statistics<HullExport>(klass,
+                             "Counters since the start: files (written), meshes-fading (of a "
+                             "subject that fades: left out), meshes-unusable (buffers that were no "
+                             "mesh); write-ms, the milliseconds the last file took.");
   set_metadata(klass, "Hull exporter", "Sink/File",
                "Writes hulls as GLB (textured), PLY or OBJ files");
   add_template(klass, "sink", GST_PAD_SINK, mesh_caps);

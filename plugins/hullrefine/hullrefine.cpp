@@ -32,21 +32,19 @@ using namespace polyhull::element;
 
 const Property<RefineSettings> table[] = {
     property<&RefineSettings::quality>(
-        "quality", "Quality",
-        "How much work the surface is worth. off: the hull passes as "
-        "it is."),
+        "quality", "How much work the surface is worth. off: the hull passes as it is."),
     property<&RefineSettings::cell>(
-        "cell", "Cell",
+        "cell",
         "Metres between the nodes of the grid that the surface is found on (0 to 1): the smallest "
-        "triangles are "
-        "half as large, and what is thinner than a quarter of it may break up. 0: by the quality.",
+        "triangles are half as large, and what is thinner than a quarter of it may break up. 0: by "
+        "the quality.",
         0, 1),
     property<&RefineSettings::photo>(
-        "photo", "Photo",
+        "photo",
         "Whether to carve hollows that no silhouette shows, where the cameras' colours contradict "
         "the surface: for 12 cameras and more, and for stills, since it takes a second and more. "
         "Needs every view's pixels."),
-    property<&RefineSettings::threads>("threads", "Threads",
+    property<&RefineSettings::threads>("threads",
                                        "How many threads of the pool that all elements share may "
                                        "work (1 to 256); 0 means all of them.",
                                        0, 256),
@@ -141,10 +139,8 @@ void HullRefine::class_init(gpointer klass) {
       "Counters since the start: meshes, surfaces-reused (nothing had changed), meshes-uncarved "
       "(photo=true, but a view had no pixels), meshes-unrefined (hulls that passed as they were, "
       "with a warning), meshes-unusable; and of the last mesh parts (of the hull, with a grid "
-      "each), rays (that touch the body), "
-      "thin-rays (where the hull is too thin for the grid and was kept), pieces-dropped (loose "
-      "ones "
-      "that no silhouette needs), nodes (of the grids), the "
+      "each), rays (that touch the body), thin-rays (where the hull is too thin for the grid and "
+      "was kept), pieces-dropped (loose ones that no silhouette needs), nodes (of the grids), the "
       "milliseconds for distances, rays, flow, plate, the fine grid, colours and the surface, and "
       "threads-used (how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull refinement", "Filter/Video",

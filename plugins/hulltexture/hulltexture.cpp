@@ -73,50 +73,47 @@ using namespace polyhull::element;
 using S = TextureSettings;
 
 const Property<S> table[] = {
-    property<&S::method>("method", "Method", "How the cameras' pictures are put together."),
-    property<&S::metric>("metric", "Metric", "By what a blend prefers one camera to another."),
-    property<&S::cameras>("cameras", "Cameras",
-                          "How many cameras are blended at each point (1 to 64): the best "
-                          "ones.",
-                          1, 64),
-    property<&S::occlusion>("occlusion", "Occlusion",
-                            "Whether a camera colours only what it sees. Without, a camera "
-                            "also colours what lies hidden behind something else; faster."),
-    shown_property<&S::untextured>("untextured", "Untextured colour",
+    property<&S::method>("method", "How the cameras' pictures are put together."),
+    property<&S::metric>("metric", "By what a blend prefers one camera to another."),
+    property<&S::cameras>(
+        "cameras", "How many cameras are blended at each point (1 to 64): the best ones.", 1, 64),
+    property<&S::occlusion>("occlusion",
+                            "Whether a camera colours only what it sees. Without, a camera also "
+                            "colours what lies hidden behind something else; faster."),
+    shown_property<&S::untextured>("untextured",
                                    "The colour of what no camera sees with fill=grey, as "
                                    "big-endian ARGB (0 to 0xffffffff; alpha is not used).",
                                    0, 4294967295.0),
-    property<&S::fill>("fill", "Fill", "What colours the surface where no camera sees it."),
-    shown_property<&S::balance>("balance", "Balance",
+    property<&S::fill>("fill", "What colours the surface where no camera sees it."),
+    shown_property<&S::balance>("balance",
                                 "Whether the cameras' gains are found by which their colours agree "
                                 "where several see the same place."),
-    property<&S::balance_time>("balance-time", "Balance time",
+    property<&S::balance_time>("balance-time",
                                "Over how many seconds gains follow the cameras (0 to 3600); 0 "
                                "finds them anew in every mesh.",
                                0, 3600),
-    property<&S::fade_width>("fade-width", "Fade width",
-                             "Over how many pixels of a camera its share rises from none at "
-                             "the rim of what it sees to all (0 to 200).",
+    property<&S::fade_width>("fade-width",
+                             "Over how many pixels of a camera its share rises from none at the "
+                             "rim of what it sees to all (0 to 200).",
                              0, 200),
-    property<&S::map_size>(
-        "map-size", "Map size",
-        "Texels of the longer side of the map of what a camera sees (16 to 2048): more draw the "
-        "rims of what hides finer, and cost time.",
-        16, 2048),
-    property<&S::threads>("threads", "Threads",
-                          "How many threads of the pool that all elements share may work (1 "
-                          "to 256); 0 means all of them.",
+    property<&S::map_size>("map-size",
+                           "Texels of the longer side of the map of what a camera sees (16 to "
+                           "2048): more draw the rims of what hides finer, and cost time.",
+                           16, 2048),
+    property<&S::threads>("threads",
+                          "How many threads of the pool that all elements share may work (1 to "
+                          "256); 0 means all of them.",
                           0, 256),
-    property<&S::align>("align", "Align",
+    property<&S::align>("align",
                         "Whether the cameras' pictures are moved onto each other where they "
                         "disagree. Acts on a blend with occlusion."),
     shown_property<&S::memory>(
-        "memory", "Memory",
-        "Whether what no camera sees takes the colours that were seen there "
-        "earlier, carried along by the surface's motion. Not with fill=grey."),
-    property<&S::memory_time>("memory-time", "Memory time",
-                              "After how many seconds unseen a remembered colour counts half "
-                              "(0 to 86400); 0 remembers nothing.",
+        "memory",
+        "Whether what no camera sees takes the colours that were seen there earlier, carried along "
+        "by the surface's motion. Not with fill=grey."),
+    property<&S::memory_time>("memory-time",
+                              "After how many seconds unseen a remembered colour counts half (0 to "
+                              "86400); 0 remembers nothing.",
                               0, 86400),
 };
 constexpr std::span<const Property<S>> properties(table);
@@ -191,17 +188,13 @@ void HullTexture::class_init(gpointer klass) {
       "triangles that face a camera, summed over the cameras), pieces-sampled (those that the edge "
       "of something before them may cross), meshes-unusable, and with align=flow pairs (of cameras "
       "whose pictures were compared), pairs-reused (those of which nothing had changed) and flows "
-      "(those "
-      "that disagree); and of the last mesh the milliseconds for visibility with the maps, for "
-      "weights, "
-      "for the balance, for the fill, for align=flow and for the memory, with memory=on "
-      "memory-points "
-      "(that are remembered), memory-vertices (whose fill is remembered by half or more), "
-      "memory-trust (0 to "
-      "1, as memory-error and memory-error-without tell: how far off remembered colours and the "
-      "fill were of what "
-      "was seen again, root mean squares in codes of 0 to 255), and threads-used "
-      "(how many threads took part in its parallel loops, on average).");
+      "(those that disagree); and of the last mesh the milliseconds for visibility with the maps, "
+      "for weights, for the balance, for the fill, for align=flow and for the memory, with "
+      "memory=on memory-points (that are remembered), memory-vertices (whose fill is remembered by "
+      "half or more), memory-trust (0 to 1, as memory-error and memory-error-without tell: how far "
+      "off remembered colours and the fill were of what was seen again, root mean squares in codes "
+      "of 0 to 255), and threads-used (how many threads took part in its parallel loops, on "
+      "average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");
   install_mesh_transform<HullTexture, &HullTexture::texturer, texture_mesh>(klass);

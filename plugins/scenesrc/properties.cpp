@@ -48,134 +48,124 @@ using S = SceneSettings;
 
 constexpr double far = 1e6;
 constexpr Property<S> table[] = {
-    property<&S::scene>(
-        "scene", "Scene",
-        "Path of a glTF 2.0 file (.glb or .gltf) in metres, y up, or one that ships, builtin:room "
-        "(empty, "
-        "too) or builtin:apartment. While "
-        "playing the next one is loaded beside the last one, which a live source shows until then; "
-        "a file that was written anew is loaded again when it is set again."),
-    property<&S::camera>("camera", "Camera",
+    property<&S::scene>("scene",
+                        "Path of a glTF 2.0 file (.glb or .gltf) in metres, y up, or one that "
+                        "ships, builtin:room (empty, too) or builtin:apartment. While playing the "
+                        "next one is loaded beside the last one, which a live source shows until "
+                        "then; a file that was written anew is loaded again when it is set again."),
+    property<&S::camera>("camera",
                          "Name of a camera of the scene to look through. Empty: the viewport is "
                          "that of eye, target and field-of-view."),
     property<&S::path>(
-        "path", "Path",
-        "How the viewport moves with stream time. On its orbit it looks at the target."),
-    property<&S::orbit_radius>("orbit-radius", "Orbit radius",
+        "path", "How the viewport moves with stream time. On its orbit it looks at the target."),
+    property<&S::orbit_radius>("orbit-radius",
                                "Radius of the orbit around the target, metres, 0.01 to 1000000.",
                                0.01, far),
-    property<&S::orbit_height>("orbit-height", "Orbit height",
+    property<&S::orbit_height>("orbit-height",
                                "Height (y) of the orbit, metres, -1000000 to 1000000.", -far, far),
-    property<&S::orbit_speed>("orbit-speed", "Orbit speed",
+    property<&S::orbit_speed>("orbit-speed",
                               "Speed on the orbit, degrees per second of stream time, -3600 to "
                               "3600; counter-clockwise seen from above where positive.",
                               -3600.0, 3600.0),
-    property<&S::orbit_start>("orbit-start", "Orbit start",
+    property<&S::orbit_start>("orbit-start",
                               "Angle on the orbit at stream time 0, degrees from the z axis "
                               "towards the x axis, -360 to 360.",
                               -360.0, 360.0),
     parsed_property<&S::nodes, parse_node_changes>(
-        "nodes", "Nodes",
+        "nodes",
         "How nodes of the scene differ from what its file says, with all that hangs on them: "
         "entries with semicolons between, each the name of a node (with spaces in quotes) and what "
-        "of "
-        "move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z, through the node's "
+        "of move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z, through the node's "
         "origin), scale=FACTOR and visible=yes or no changes. They are there with the next frame, "
         "and the light on them follows; live, what is hidden or comes back comes with its light.",
         "node changes as in door turn=0,80,0; vase move=0.5,0,0 scale=2; chair visible=no, with "
         "finite numbers"),
     property<&S::animation>(
-        "animation", "Animation",
+        "animation",
         "Which of the scene's animations plays, from stream time 0 on: its name, else its number "
         "from 1 on; 0: none. Empty: the first one, if the scene has any."),
-    property<&S::animation_loop>("animation-loop", "Animation loop",
-                                 "Whether the animation begins again where it ends; else its end "
-                                 "stays."),
+    property<&S::animation_loop>(
+        "animation-loop", "Whether the animation begins again where it ends; else its end stays."),
     parsed_property<&S::lights, parse_light_changes>(
-        "lights", "Lights",
+        "lights",
         "How lights differ from what the scene's file says: entries with semicolons between, each "
         "the name of a light (with spaces in quotes), its number from 1 on or * for all, and what "
-        "of "
-        "intensity=FACTOR, colour=RED,GREEN,BLUE (linear; 1 as bright as the light's strongest "
+        "of intensity=FACTOR, colour=RED,GREEN,BLUE (linear; 1 as bright as the light's strongest "
         "channel), move=X,Y,Z (metres), turn=X,Y,Z (degrees about x, then y, then z) and "
         "size=FACTOR changes. What moves a light has the scene's light computed anew; its "
         "brightness and colour do not.",
         "light changes as in lamp intensity=0.5 colour=1,0.8,0.6; 2 move=0,-0.2,0 turn=0,90,0 "
         "size=2, with finite numbers and no factor below 0"),
-    property<&S::environment>("environment", "Environment",
-                              "Path of a picture of the light from all around: a Radiance .hdr "
-                              "file, or a PNG or JPEG file, equirectangular. "
-                              "It is seen where the scene ends, and lights it, in the place of "
-                              "assumed light. Empty: none. It comes as "
-                              "another scene does."),
-    property<&S::environment_turn>(
-        "environment-turn", "Environment turn",
-        "By how much the environment is turned about the y axis, counter-clockwise seen from "
-        "above, degrees, -360 "
-        "to 360; at 0 the picture's middle is at +x. It comes as another scene does.",
-        -360.0, 360.0),
-    property<&S::environment_intensity>(
-        "environment-intensity", "Environment intensity",
-        "Factor on the environment's brightness, 0 to 1000. In a scene without other "
-        "light a change costs one new picture.",
-        0.0, 1000.0),
+    property<&S::environment>(
+        "environment",
+        "Path of a picture of the light from all around: a Radiance .hdr file, or a PNG or JPEG "
+        "file, equirectangular. It is seen where the scene ends, and lights it, in the place of "
+        "assumed light. Empty: none. It comes as another scene does."),
+    property<&S::environment_turn>("environment-turn",
+                                   "By how much the environment is turned about the y axis, "
+                                   "counter-clockwise seen from above, degrees, -360 to 360; at 0 "
+                                   "the picture's middle is at +x. It comes as another scene does.",
+                                   -360.0, 360.0),
+    property<&S::environment_intensity>("environment-intensity",
+                                        "Factor on the environment's brightness, 0 to 1000. In a "
+                                        "scene without other light a change costs one new picture.",
+                                        0.0, 1000.0),
     property<&S::light_intensity>(
-        "light-intensity", "Light intensity",
+        "light-intensity",
         "Factor on the brightness of all lights, 0 to 100. A change costs one new picture.", 0.0,
         100.0),
-    property<&S::assumed_light>("assumed-light", "Assumed light",
+    property<&S::assumed_light>("assumed-light",
                                 "Whether a scene without any light is lit by an assumed sky and "
-                                "sun, as viewers do, and not "
-                                "dark."),
-    property<&S::light_x>("light-x", "Light x",
+                                "sun, as viewers do, and not dark."),
+    property<&S::light_x>("light-x",
                           "How far the first light is moved along x, metres, -1000 to 1000. A "
                           "change has the scene's light computed anew.",
                           -1000.0, 1000.0),
-    property<&S::light_y>("light-y", "Light y",
+    property<&S::light_y>("light-y",
                           "How far the first light is moved upwards, metres, -1000 to 1000. A "
                           "change has the scene's light computed anew.",
                           -1000.0, 1000.0),
-    property<&S::light_z>("light-z", "Light z",
+    property<&S::light_z>("light-z",
                           "How far the first light is moved along z, metres, -1000 to 1000. A "
                           "change has the scene's light computed anew.",
                           -1000.0, 1000.0),
-    property<&S::exposure_compensation>("exposure-compensation", "Exposure compensation",
+    property<&S::exposure_compensation>("exposure-compensation",
                                         "How many stops the picture is exposed longer than the "
                                         "scene says, -10 to 10: 1 makes it twice as bright.",
                                         -10.0, 10.0),
-    property<&S::refinement>("refinement", "Refinement",
+    property<&S::refinement>("refinement",
                              "When a view that stands still is traced towards the exact picture."),
-    property<&S::samples>("samples", "Samples",
-                          "Samples per pixel after which a still view counts as exact and is "
-                          "only repeated, 0 to 65536.",
+    property<&S::samples>("samples",
+                          "Samples per pixel after which a still view counts as exact and is only "
+                          "repeated, 0 to 65536.",
                           0.0, 65536.0),
-    property<&S::method>("method", "Method", "How a new view is drawn."),
-    property<&S::smoothing>("smoothing", "Smoothing",
-                            "Of method rays: difference of neighbouring pixels, as a share of "
-                            "white, above which they are drawn with eight rays instead of one, 0 "
-                            "(all) to 1 (none).",
-                            0.0, 1.0),
+    property<&S::method>("method", "How a new view is drawn."),
+    property<&S::smoothing>(
+        "smoothing",
+        "Of method rays: difference of neighbouring pixels, as a share of white, above which they "
+        "are drawn with eight rays instead of one, 0 (all) to 1 (none).",
+        0.0, 1.0),
     property<&S::light_spacing>(
-        "light-spacing", "Light spacing",
-        "Distance between the points at which the light on the scene is kept, metres, 0.001 to "
-        "10. Smaller: sharper shadows close to what throws them, and a longer start.",
+        "light-spacing",
+        "Distance between the points at which the light on the scene is kept, metres, 0.001 to 10. "
+        "Smaller: sharper shadows close to what throws them, and a longer start.",
         0.001, 10.0, Change::when_ready),
     property<&S::light_cache>(
-        "light-cache", "Light cache",
+        "light-cache",
         "Whether the light on the scene, which takes seconds to compute, and the pictures of the "
         "built-in room are kept in files in the folder polyhull/light of the user's cache folder, "
         "and found there the next time.",
         0, 0, Change::when_ready),
     property<&S::progressive>(
-        "progressive", "Progressive",
+        "progressive",
         "Of a live source, where the light is not found in a file: whether the first picture shows "
         "a coarse light, a fraction of a second after the start, and better ones are faded in as "
         "they are computed. A source that is not live always waits for the exact light.",
         0, 0, Change::when_ready),
-    property<&S::live>("is-live", "Is live",
-                       "Deliver frames at their time, and skip frames when late, instead of as "
-                       "fast as possible.",
-                       0, 0, Change::when_ready),
+    property<&S::live>(
+        "is-live",
+        "Deliver frames at their time, and skip frames when late, instead of as fast as possible.",
+        0, 0, Change::when_ready),
 };
 
 }  // namespace

@@ -96,34 +96,32 @@ struct SerialTrigger {
 std::span<const Property<Settings>> properties() {
   using S = Settings;
   static const Property<S> table[] = {
-      property<&S::device>("device", "Device",
+      property<&S::device>("device",
                            "Path of the serial device that the cameras' trigger inputs hang on.", 0,
                            0, Change::when_ready),
-      property<&S::mode>("mode", "Mode", "Which line of the device carries the pulse, and how.", 0,
-                         0, Change::when_ready),
-      property<&S::baud>("baud", "Baud rate",
+      property<&S::mode>("mode", "Which line of the device carries the pulse, and how.", 0, 0,
+                         Change::when_ready),
+      property<&S::baud>("baud",
                          "Bits per second of the device (300 to 921600, the usual steps). With "
                          "mode=zeros a pulse takes whole bytes of ten bits each.",
                          300, 921600, Change::when_ready),
-      property<&S::pulse>("pulse", "Pulse length",
+      property<&S::pulse>("pulse",
                           "How long a pulse lasts, in nanoseconds (1 ms to 1 s). It must fit "
                           "between two pulses with a millisecond to spare.",
                           GST_MSECOND, GST_SECOND),
-      property<&S::rate>("rate", "Rate",
+      property<&S::rate>("rate",
                          "Pulses per second as a fraction (0/1 to 1000/1); 0/1 gives pulses only "
                          "on demand, by the action signal fire or the event polyhull-fire. With "
                          "fire-on=composited the highest rate; 0/1 sets none.",
                          0, 1000),
-      property<&S::fire_on>("fire-on", "Fire on", "What a pulse is given for.", 0, 0,
-                            Change::when_ready),
-      property<&S::listen_to>(
-          "listen-to", "Listen to",
-          "With fire-on=composited, name of the element that the last set leaves: a composite, or "
-          "any other, each of whose buffers is taken for a set. Empty: the only composite of the "
-          "pipeline.",
-          0, 0, Change::when_ready),
+      property<&S::fire_on>("fire-on", "What a pulse is given for.", 0, 0, Change::when_ready),
+      property<&S::listen_to>("listen-to",
+                              "With fire-on=composited, name of the element that the last set "
+                              "leaves: a composite, or any other, each of whose buffers is taken "
+                              "for a set. Empty: the only composite of the pipeline.",
+                              0, 0, Change::when_ready),
       property<&S::timeout>(
-          "timeout", "Timeout",
+          "timeout",
           "With fire-on=composited, a pulse is given without a set where none has left for so many "
           "nanoseconds (1 ms to 1000 s) since the last pulse, as after a lost frame.",
           GST_MSECOND, 1000.0 * GST_SECOND),
@@ -227,11 +225,10 @@ PulseListener listener_of(GstElement* element) {
                             device));
           },
           [&self, element, device](const std::string& why) {
-            self.statistics.warn(
-                element, "device-losses",
-                fmt::format("The serial device '{}' does not answer: {}. Plug it in again: it is "
-                            "tried until it answers.",
-                            device, why));
+            self.statistics.warn(element, "device-losses",
+                                 fmt::format("The serial device '{}' does not answer: {}. Plug it "
+                                             "in again: it is tried until it answers.",
+                                             device, why));
           },
           [&self] { self.statistics.count("device-returns"); }};
 }

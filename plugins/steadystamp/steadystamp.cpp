@@ -52,12 +52,12 @@ struct SteadyStamp {
 std::span<const Property<Settings>> properties() {
   using S = Settings;
   static const Property<S> table[] = {
-      property<&S::settle>("settle", "Settle",
-                           "How long frames are only looked at after the camera's start, in "
-                           "nanoseconds (0 to 10 s): of them the quickest says how late frames "
-                           "come. They are dropped.",
-                           0, 10.0 * GST_SECOND),
-      property<&S::drift>("drift", "Drift",
+      property<&S::settle>(
+          "settle",
+          "How long frames are only looked at after the camera's start, in nanoseconds (0 to 10 "
+          "s): of them the quickest says how late frames come. They are dropped.",
+          0, 10.0 * GST_SECOND),
+      property<&S::drift>("drift",
                           "By how many millionths the pipeline's clock may run faster than the "
                           "camera's (0 to 10000). A slower one is followed at once.",
                           0.0, 1e4),
@@ -88,10 +88,10 @@ GstFlowReturn place(GstBaseTransform* base, GstBuffer* buffer) {
         self.times.place(static_cast<std::int64_t>(time), static_cast<std::int64_t>(now),
                          {static_cast<std::int64_t>(settings.settle), 1e-6 * settings.drift});
     if (self.times.restarts() != restarts)
-      self.statistics.warn(element, "clock-restarts",
-                           "The camera's times have begun anew, so how late its frames come is "
-                           "learned again. Look whether the camera was started again, or its clock "
-                           "was set.");
+      self.statistics.warn(
+          element, "clock-restarts",
+          "The camera's times have begun anew, so how late its frames come is learned again. Look "
+          "whether the camera was started again, or its clock was set.");
     self.statistics.set("delay-ms", 1e-6 * static_cast<double>(self.times.delay()));
     if (!placed) {
       self.statistics.count("frames-settling");

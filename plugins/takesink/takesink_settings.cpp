@@ -25,11 +25,11 @@ void check_rig(const std::string& location, const std::string& rig) {
   if (!std::filesystem::exists(location)) return;
   for (const TakeNote& note : read_take(location).notes)
     if (note.name == "rig" && note.value != rig)
-      throw Error(Error::Kind::bad_input,
-                  "The take '{}' keeps another rig than the one that is to be kept in it, by which "
-                  "what is in it was recorded. Write another take, or leave rig unset if the "
-                  "cameras are the same.",
-                  location);
+      throw Error(
+          Error::Kind::bad_input,
+          "The take '{}' keeps another rig than the one that is to be kept in it, by which what is "
+          "in it was recorded. Write another take, or leave rig unset if the cameras are the same.",
+          location);
 }
 
 }  // namespace
@@ -55,36 +55,33 @@ GType enum_type<Packing>() {
 std::span<const Property<TakeSinkSettings>> takesink_properties() {
   using S = TakeSinkSettings;
   static const Property<S> table[] = {
-      property<&S::location>("location", "Location", "The take to write, one file.", 0, 0,
-                             Change::when_ready),
-      property<&S::existing>("existing", "Existing take",
-                             "What is done where there is a take of this name already. Any other "
-                             "file is refused.",
-                             0, 0, Change::when_ready),
-      property<&S::rig>("rig", "Rig",
+      property<&S::location>("location", "The take to write, one file.", 0, 0, Change::when_ready),
+      property<&S::existing>(
+          "existing",
+          "What is done where there is a take of this name already. Any other file is refused.", 0,
+          0, Change::when_ready),
+      property<&S::rig>("rig",
                         "Rig file whose content is kept in the take, so that it goes where the "
                         "take goes. Unset: none.",
                         0, 0, Change::when_ready),
-      property<&S::settings>("settings", "Settings",
+      property<&S::settings>("settings",
                              "Studio file whose content is kept in the take. Unset: none.", 0, 0,
                              Change::when_ready),
-      property<&S::compression>(
-          "compression", "Compression",
-          "How buffers are made smaller by what the ones before told. What 'lossy' loses is set by "
-          "precision and quantizer."),
+      property<&S::compression>("compression",
+                                "How buffers are made smaller by what the ones before told. What "
+                                "'lossy' loses is set by precision and quantizer."),
       property<&S::key_interval>(
-          "key-interval", "Key interval",
+          "key-interval",
           "With compression: buffers of a stream from one that stands alone to the next (1 to "
-          "250), fewer where they are large. "
-          "A seek unpacks no more than these; a damaged one takes those up to the next with it.",
+          "250), fewer where they are large. A seek unpacks no more than these; a damaged one "
+          "takes those up to the next with it.",
           1, longest_key_interval),
-      property<&S::precision>(
-          "precision", "Precision",
-          "With compression=lossy: how far a mesh's vertex may move, in millimetres (0 to 100). 0: "
-          "not at all.",
-          0, 100),
+      property<&S::precision>("precision",
+                              "With compression=lossy: how far a mesh's vertex may move, in "
+                              "millimetres (0 to 100). 0: not at all.",
+                              0, 100),
       property<&S::quantizer>(
-          "quantizer", "Quantizer",
+          "quantizer",
           "With compression=lossy: VP8's, of the pictures (0, the best, to 63, the smallest).", 0,
           63),
   };

@@ -65,7 +65,7 @@ struct TakeSrc {
 
 std::span<const Property<Settings>> properties() {
   static const Property<Settings> table[] = {
-      property<&Settings::location>("location", "Location", "The take to play, one file.", 0, 0,
+      property<&Settings::location>("location", "The take to play, one file.", 0, 0,
                                     Change::when_ready),
   };
   return table;

@@ -39,97 +39,85 @@ std::span<const Property<TrackInputSettings>> track_input_properties() {
   using S = TrackInputSettings;
   constexpr double far = 1e6;
   static const Property<S> table[] = {
-      property<&S::protocol>("protocol", "Protocol", "The language of the packets."),
-      property<&S::address>(
-          "address", "Address",
-          "IPv4 address to listen on: 0.0.0.0 for all of this machine's, one of them, or a "
-          "multicast group, which is joined (OpenTrackIO: 239.135.1.N for source number N, "
-          "235.135.1.N by its version 1.0.0).",
-          0, 0, Change::when_ready),
-      property<&S::port>(
-          "port", "Port",
-          "UDP port to listen on (0 to 65535); with 0 the system chooses a free one, "
-          "which stats tells.",
-          0, 65535, Change::when_ready),
-      property<&S::multicast_iface>(
-          "multicast-iface", "Multicast interface",
-          "Network interface on which a multicast group is joined, such as eth1. Empty: the "
-          "system's choice.",
-          0, 0, Change::when_ready),
-      property<&S::location>(
-          "location", "Location",
-          "Path of a recorded track that is played instead of listening: of the property record, "
-          "tcpdump or Wireshark. Empty: listen.",
-          0, 0, Change::when_ready),
-      property<&S::record>(
-          "record", "Record",
-          "Path of a file that all packets are written to with their times, whatever they hold. "
-          "What it held before is lost. Empty: none.",
-          0, 0, Change::when_ready),
+      property<&S::protocol>("protocol", "The language of the packets."),
+      property<&S::address>("address",
+                            "IPv4 address to listen on: 0.0.0.0 for all of this machine's, one of "
+                            "them, or a multicast group, which is joined (OpenTrackIO: 239.135.1.N "
+                            "for source number N, 235.135.1.N by its version 1.0.0).",
+                            0, 0, Change::when_ready),
+      property<&S::port>("port",
+                         "UDP port to listen on (0 to 65535); with 0 the system chooses a free "
+                         "one, which stats tells.",
+                         0, 65535, Change::when_ready),
+      property<&S::multicast_iface>("multicast-iface",
+                                    "Network interface on which a multicast group is joined, such "
+                                    "as eth1. Empty: the system's choice.",
+                                    0, 0, Change::when_ready),
+      property<&S::location>("location",
+                             "Path of a recorded track that is played instead of listening: of the "
+                             "property record, tcpdump or Wireshark. Empty: listen.",
+                             0, 0, Change::when_ready),
+      property<&S::record>("record",
+                           "Path of a file that all packets are written to with their times, "
+                           "whatever they hold. What it held before is lost. Empty: none.",
+                           0, 0, Change::when_ready),
       property<&S::source>(
-          "source", "Source",
+          "source",
           "The only camera to follow: \"freed N\" for FreeD's camera N, or an OpenTrackIO source's "
           "identifier. Empty: the first that is heard, until it has been silent for a second."),
       property<&S::axes>(
-          "axes", "Axes",
+          "axes",
           "Of FreeD: which of the packet's x, y and z (the height) are the tracker's x, y and z, "
           "each once; a minus in front turns one around, as in y-xz."),
-      property<&S::invert_pan>("invert-pan", "Invert pan",
-                               "Of FreeD: whether pan grows to the left."),
-      property<&S::invert_tilt>("invert-tilt", "Invert tilt",
-                                "Of FreeD: whether tilt grows downwards."),
-      property<&S::invert_roll>("invert-roll", "Invert roll",
-                                "Of FreeD: whether roll grows counter-clockwise."),
-      property<&S::offset_x>("offset-x", "Offset x",
-                             "Of FreeD: metres added to x, after axes (-1e6 to 1e6).", -far, far),
-      property<&S::offset_y>("offset-y", "Offset y",
-                             "Of FreeD: metres added to y, after axes (-1e6 to 1e6).", -far, far),
-      property<&S::offset_z>("offset-z", "Offset z",
+      property<&S::invert_pan>("invert-pan", "Of FreeD: whether pan grows to the left."),
+      property<&S::invert_tilt>("invert-tilt", "Of FreeD: whether tilt grows downwards."),
+      property<&S::invert_roll>("invert-roll", "Of FreeD: whether roll grows counter-clockwise."),
+      property<&S::offset_x>("offset-x", "Of FreeD: metres added to x, after axes (-1e6 to 1e6).",
+                             -far, far),
+      property<&S::offset_y>("offset-y", "Of FreeD: metres added to y, after axes (-1e6 to 1e6).",
+                             -far, far),
+      property<&S::offset_z>("offset-z",
                              "Of FreeD: metres added to z, the height, after axes (-1e6 to 1e6).",
                              -far, far),
-      property<&S::offset_pan>("offset-pan", "Offset pan",
+      property<&S::offset_pan>("offset-pan",
                                "Of FreeD: degrees added to pan, after its inversion (-360 to 360).",
                                -360.0, 360.0),
       property<&S::offset_tilt>(
-          "offset-tilt", "Offset tilt",
-          "Of FreeD: degrees added to tilt, after its inversion (-360 to 360).", -360.0, 360.0),
+          "offset-tilt", "Of FreeD: degrees added to tilt, after its inversion (-360 to 360).",
+          -360.0, 360.0),
       property<&S::offset_roll>(
-          "offset-roll", "Offset roll",
-          "Of FreeD: degrees added to roll, after its inversion (-360 to 360).", -360.0, 360.0),
-      property<&S::checksum>("checksum", "Checksum",
+          "offset-roll", "Of FreeD: degrees added to roll, after its inversion (-360 to 360).",
+          -360.0, 360.0),
+      property<&S::checksum>("checksum",
                              "Of FreeD: what the last byte of a packet must be for it to be used."),
       property<&S::zoom_is_focal_length>(
-          "zoom-is-focal-length", "Zoom is focal length",
+          "zoom-is-focal-length",
           "Of FreeD: whether zoom holds the focal length in hundredths of a millimetre and no "
           "encoder's value. The field of view then follows it, with sensor-width."),
-      property<&S::lens_file>(
-          "lens-file", "Lens file",
-          "Path of a table that tells, for the encoders' values in packets, what of the lens they "
-          "do not: focal length or field of view, distortion, focus distance, entrance pupil. "
-          "Empty: none.",
-          0, 0, Change::when_ready),
+      property<&S::lens_file>("lens-file",
+                              "Path of a table that tells, for the encoders' values in packets, "
+                              "what of the lens they do not: focal length or field of view, "
+                              "distortion, focus distance, entrance pupil. Empty: none.",
+                              0, 0, Change::when_ready),
       property<&S::sensor_width>(
-          "sensor-width", "Sensor width",
+          "sensor-width",
           "Width of the part of the sensor that the picture shows, in millimetres (0 to 1000), "
           "where packets do not tell. 0: unknown; the field of view is then the receiver's.",
           0.0, 1000.0),
-      property<&S::times>(
-          "times", "Times",
-          "What says when a pose was true. Without a time of the sender's, as in FreeD, it is "
-          "always the arrival."),
-      property<&S::delay>(
-          "delay", "Delay",
-          "How long a pose has been true by its time, in nanoseconds (0 to 10 s): when its packet "
-          "arrives, or with times=clock, when the sender says.",
-          0, 10e9),
-      property<&S::smoothing>(
-          "smoothing", "Smoothing",
-          "Over which time poses are averaged, in nanoseconds (0 to 2 s). A pose is given the time "
-          "in the middle, so that motion is not late, but comes later by half of it: latency "
-          "and stats have that in them.",
-          0, static_cast<double>(Track::memory_ns)),
+      property<&S::times>("times",
+                          "What says when a pose was true. Without a time of the sender's, as in "
+                          "FreeD, it is always the arrival."),
+      property<&S::delay>("delay",
+                          "How long a pose has been true by its time, in nanoseconds (0 to 10 s): "
+                          "when its packet arrives, or with times=clock, when the sender says.",
+                          0, 10e9),
+      property<&S::smoothing>("smoothing",
+                              "Over which time poses are averaged, in nanoseconds (0 to 2 s). A "
+                              "pose is given the time in the middle, so that motion is not late, "
+                              "but comes later by half of it: latency and stats have that in them.",
+                              0, static_cast<double>(Track::memory_ns)),
       property<&S::prediction>(
-          "prediction", "Prediction",
+          "prediction",
           "How far motion goes on after the last pose for a frame that is later, in nanoseconds (0 "
           "to 1 s). 0: the camera stands where it was last seen.",
           0, 1e9),

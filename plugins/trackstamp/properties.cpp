@@ -14,7 +14,7 @@ GType enum_type<TrackMatch>() {
 
 std::span<const Property<ViewportSettings>> field_of_view_properties() {
   static constexpr Property<ViewportSettings> table[] = {property<&ViewportSettings::field_of_view>(
-      "field-of-view", "Field of view",
+      "field-of-view",
       "Angle from the lower to the upper edge of the picture, in degrees (1 to 170), where the "
       "track does not tell the lens.",
       1, 170)};
@@ -24,10 +24,9 @@ std::span<const Property<ViewportSettings>> field_of_view_properties() {
 std::span<const Property<TrackStampSettings>> track_match_properties() {
   using S = TrackStampSettings;
   static const Property<S> table[] = {
-      property<&S::match>("track-match", "Track match",
-                          "By what a pose at the pad track finds its frame."),
+      property<&S::match>("track-match", "By what a pose at the pad track finds its frame."),
       property<&S::delay>(
-          "track-delay", "Track delay",
+          "track-delay",
           "By how many nanoseconds a pose at the pad track holds later than it says (-10 s to 10 "
           "s): what the video is late against its timecode or its time.",
           -1e10, 1e10)};

@@ -69,24 +69,24 @@ GType enum_type<SceneMatch>() {
 
 std::span<const Property<SceneInputSettings>> scene_input_properties() {
   static const Property<SceneInputSettings> table[] = {
-      property<&SceneInputSettings::match>("scene-match", "Scene match",
+      property<&SceneInputSettings::match>("scene-match",
                                            "By what a message at the pad scene finds its frame."),
       property<&SceneInputSettings::delay>(
-          "scene-delay", "Scene delay",
+          "scene-delay",
           "By how many nanoseconds a message at the pad scene holds later than it says (-10 s to "
           "10 s): what the video is late against its timecode or time, or, with "
           "scene-match=arrival, against the messages.",
           -1e10, 1e10),
       property<&SceneInputSettings::wait>(
-          "scene-wait", "Scene wait",
+          "scene-wait",
           "How many nanoseconds a frame of live video waits for its message at the pad scene and "
           "its depth at the pad depth (0 to 10 s) beyond when it comes; part of the latency. With "
           "scene-match=arrival it waits for no message.",
           0, 1e10),
       property<&SceneInputSettings::file>(
-          "scene-file", "Scene file",
-          "Path of the glTF file in the place of the one that messages at the pad scene name, "
-          "as the program's machine may have it elsewhere. Unset: theirs.")};
+          "scene-file",
+          "Path of the glTF file in the place of the one that messages at the pad scene name, as "
+          "the program's machine may have it elsewhere. Unset: theirs.")};
   return table;
 }
 
@@ -107,11 +107,10 @@ std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
           message.stream_time_ns,
           "It has no 'stream_time_ns', by which scene-match=stream-time finds its frame.");
     default:
-      return or_refuse(
-          arrival,
-          "It came without a time, by which scene-match=arrival finds its frame, beside "
-          "video that is not live or has not begun. Of files match by what it tells: "
-          "scene-match=timecode, clock or stream-time.");
+      return or_refuse(arrival,
+                       "It came without a time, by which scene-match=arrival finds its frame, "
+                       "beside video that is not live or has not begun. Of files match by what it "
+                       "tells: scene-match=timecode, clock or stream-time.");
   }
 }
 

@@ -73,16 +73,16 @@ struct TriggerStamp {
 std::span<const Property<Settings>> properties() {
   using S = Settings;
   static const Property<S> table[] = {
-      property<&S::trigger>("trigger", "Trigger",
+      property<&S::trigger>("trigger",
                             "Name of the serialtrigger whose pulses the camera answers to. Empty: "
                             "the only one of the pipeline.",
                             0, 0, Change::when_ready),
-      property<&S::delay>("delay", "Delay",
-                          "How much later than its pulse a frame's time is at least, in "
-                          "nanoseconds (0 to 10 s): exposure, readout and transfer, as far as the "
-                          "source's times include them.",
-                          0, 10.0 * GST_SECOND),
-      property<&S::window>("window", "Window",
+      property<&S::delay>(
+          "delay",
+          "How much later than its pulse a frame's time is at least, in nanoseconds (0 to 10 s): "
+          "exposure, readout and transfer, as far as the source's times include them.",
+          0, 10.0 * GST_SECOND),
+      property<&S::window>("window",
                            "By how much more than the delay a frame's time may be later than its "
                            "pulse, in nanoseconds (0 to 10 s). Keep it below the time between two "
                            "pulses: a frame in the windows of several gets no number.",
@@ -104,12 +104,12 @@ void tell(GstElement* element, const FrameMatcher::Match& match, const Settings&
   const double to = from + milliseconds(settings.window);
   using Kind = FrameMatcher::Kind;
   if (match.kind == Kind::unexplained)
-    statistics.warn(element, "frames-unexplained",
-                    fmt::format("A frame answers to no pulse: it has to come {:.1f} to {:.1f} ms "
-                                "after one, {}. Look whether the camera waits for the trigger, "
-                                "whether its source gives times of the pipeline's clock "
-                                "(do-timestamp=true), and at delay and window.",
-                                from, to, after_pulse(match)));
+    statistics.warn(
+        element, "frames-unexplained",
+        fmt::format("A frame answers to no pulse: it has to come {:.1f} to {:.1f} ms after one, "
+                    "{}. Look whether the camera waits for the trigger, whether its source gives "
+                    "times of the pipeline's clock (do-timestamp=true), and at delay and window.",
+                    from, to, after_pulse(match)));
   if (match.kind == Kind::repeated)
     statistics.warn(element, "frames-repeated",
                     fmt::format("Pulse {} has two frames; the second gets no number. Look whether "
@@ -131,12 +131,11 @@ std::uint64_t number_of(GstElement* element, GstBuffer* buffer, std::int64_t tim
   TriggerStamp& self = state_of<TriggerStamp>(element);
   self.statistics.count("frames");
   if (time == no_time) {
-    self.statistics.warn(element, "frames-untimed",
-                         self.views
-                             ? "A view whose time is not of the pipeline's clock gets no number: "
-                               "its camera's own clock stamps it, or nobody does."
-                             : "A frame without a time gets no number: give the source "
-                               "do-timestamp=true.");
+    self.statistics.warn(
+        element, "frames-untimed",
+        self.views ? "A view whose time is not of the pipeline's clock gets no number: its "
+                     "camera's own clock stamps it, or nobody does."
+                   : "A frame without a time gets no number: give the source do-timestamp=true.");
     GST_LOG_OBJECT(element, "no time, so no number: %" GST_PTR_FORMAT, printed(buffer));
     return no_trigger;
   }
@@ -259,9 +258,8 @@ void TriggerStamp::class_init(gpointer klass) {
       "Counters since the start: frames, frames-numbered, frames-unexplained (no pulse is theirs), "
       "frames-repeated (their pulse has its frame), frames-ambiguous (several pulses may be "
       "theirs), frames-untimed, views-unusable (left out), pulses-unanswered (their time for a "
-      "frame is over); and of the "
-      "numbered frames mean-delay-us and delay-jitter-us (standard deviation), by how much later "
-      "than its pulse a frame's time is.");
+      "frame is over); and of the numbered frames mean-delay-us and delay-jitter-us (standard "
+      "deviation), by how much later than its pulse a frame's time is.");
   set_metadata(klass, "Trigger stamp", "Filter/Video",
                "Gives each frame the number of the trigger pulse that it answers to");
   add_template(klass, "sink", GST_PAD_SINK, "ANY");

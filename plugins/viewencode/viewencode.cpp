@@ -74,17 +74,17 @@ struct ViewEncode {
 std::span<const Property<Settings>> properties() {
   using S = Settings;
   static const Property<S> table[] = {
-      property<&S::coding>("coding", "Coding",
+      property<&S::coding>("coding",
                            "How pixels are packed. 'auto' measures on every fiftieth view which "
                            "coding brings it over the link soonest."),
-      property<&S::link>("link", "Link",
+      property<&S::link>("link",
                          "For coding=auto: megabits a second that this view's way has, its part of "
                          "a link that several share (1 to 1000000).",
                          1, 1e6),
-      property<&S::lossless>("lossless", "Lossless",
+      property<&S::lossless>("lossless",
                              "For coding=auto: whether what comes out of viewdecode must be what "
                              "went in. Without it JPEG may be chosen, too."),
-      property<&S::quality>("quality", "Quality", "Of JPEG (1 to 100).", 1, 100),
+      property<&S::quality>("quality", "Of JPEG (1 to 100).", 1, 100),
   };
   return table;
 }
@@ -212,8 +212,7 @@ void ViewEncode::class_init(gpointer klass) {
   add_statistics<ViewEncode>(
       klass,
       "Counters since the start: views, views-unusable (left out), bytes-in, bytes-out, and how "
-      "the "
-      "pixels went: views-raw, views-lz4, views-zstd, views-jpeg; pack-ms, the milliseconds of "
+      "the pixels went: views-raw, views-lz4, views-zstd, views-jpeg; pack-ms, the milliseconds of "
       "processor time that the last view took.");
   set_metadata(klass, "View packer", "Filter/Converter",
                "Packs the pixels of views for a wire or a take");

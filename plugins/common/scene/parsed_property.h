@@ -12,10 +12,9 @@ namespace polyhull::element {
 
 /// The text at \p Member, which \p Parse must take; \p form says to people what it takes.
 template <auto Member, auto Parse>
-constexpr auto parsed_property(const char* name, const char* nick, const char* blurb,
-                               const char* form) {
+constexpr auto parsed_property(const char* name, const char* blurb, const char* form) {
   using Settings = typename detail::MemberOf<Member>::Settings;
-  Property<Settings> row = property<Member>(name, nick, blurb);
+  Property<Settings> row = property<Member>(name, blurb);
   row.set = [](Settings& settings, const GValue* value) {
     const gchar* text = g_value_get_string(value);
     try {

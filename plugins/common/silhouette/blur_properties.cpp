@@ -18,19 +18,19 @@ GType enum_type<BlurMethod>() {
 std::span<const Property<BlurSettings>> blur_properties() {
   using S = BlurSettings;
   static constexpr std::array table{
-      property<&S::sigma>("sigma", "Sigma",
+      property<&S::sigma>("sigma",
                           "Standard deviation of the Gaussian in pixels, from 0 to 100. 0 leaves "
                           "the matte as it is.",
                           0.0, 100.0),
-      property<&S::method>("method", "Method",
+      property<&S::method>("method",
                            "How the Gaussian is computed; all methods follow the same sigma and "
                            "differ in time and error."),
-      property<&S::passes>("passes", "Passes",
+      property<&S::passes>("passes",
                            "Number of box filters that are run one after the other, from 1 to 10. "
                            "Used by method=box only; more passes come nearer to a Gaussian.",
                            1, 10),
       property<&S::threshold>(
-          "threshold", "Threshold",
+          "threshold",
           "Grey level from 0 to 255: after the blur, pixels at or above it become 255 and the "
           "others 0. 0 keeps the grey levels, which contours with sub-pixel precision need.",
           0, 255),

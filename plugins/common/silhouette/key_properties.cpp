@@ -51,129 +51,127 @@ namespace {
 
 using S = KeyValues;
 constexpr std::array table{
-    property<&S::method>("method", "Method", "How the matte is made."),
+    property<&S::method>("method", "How the matte is made."),
     property<&S::key>(
-        "key", "Key",
+        "key",
         "Which colour the screen has: green or blue, for which any shade is found in the picture; "
         "auto for yellow, red and every other hue; or colour, for the one in key-colour."),
-    property<&S::key_colour>("key-colour", "Key colour",
+    property<&S::key_colour>("key-colour",
                              "Colour of the screen as 0xRRGGBB, used with key=colour. Brightness "
                              "does not matter, except that a colour without hue, such as black, is "
                              "keyed by its distance as method=difference does.",
                              0, 0xffffff),
     property<&S::strength>(
-        "strength", "Strength",
+        "strength",
         "Margin in levels from 0 to 255 by which the key channel must exceed the larger of the "
         "other two for a pixel to be background. Used by method=prototype only.",
         0, 255),
     property<&S::bright_threshold>(
-        "bright-threshold", "Bright threshold",
+        "bright-threshold",
         "Pixels whose red, green and blue add up to more than this, from 0 to 765 levels, are "
         "foreground. Used by method=prototype only.",
         0, 765),
     property<&S::red_gain>(
-        "red-gain", "Red gain",
+        "red-gain",
         "Factor from 0 to 4 on red, applied to the keying decision only and not to the picture.",
         0.0, 4.0),
     property<&S::blue_gain>(
-        "blue-gain", "Blue gain",
+        "blue-gain",
         "Factor from 0 to 4 on blue, applied to the keying decision only and not to the picture.",
         0.0, 4.0),
-    property<&S::roi_x>("roi-x", "Region of interest, left",
+    property<&S::roi_x>("roi-x",
                         "First column in pixels of the region of interest, from 0 to 32767. "
                         "Outside of the region everything is background.",
                         0, 32767),
-    property<&S::roi_y>("roi-y", "Region of interest, top",
-                        "First row in pixels of the region of interest, from 0 to 32767.", 0,
-                        32767),
-    property<&S::roi_width>("roi-width", "Region of interest, width",
+    property<&S::roi_y>("roi-y", "First row in pixels of the region of interest, from 0 to 32767.",
+                        0, 32767),
+    property<&S::roi_width>("roi-width",
                             "Columns in pixels of the region of interest, from 0 to 32767. 0 "
                             "reaches to the right edge of the frame.",
                             0, 32767),
-    property<&S::roi_height>("roi-height", "Region of interest, height",
+    property<&S::roi_height>("roi-height",
                              "Rows in pixels of the region of interest, from 0 to 32767. 0 reaches "
                              "to the lower edge of the frame.",
                              0, 32767),
-    property<&S::screen_colour>("screen-colour", "Screen sample",
+    property<&S::screen_colour>("screen-colour",
                                 "Colour of the screen as the camera sees it, 0xRRGGBB, for "
                                 "method=soft. -1 samples it from the picture.",
                                 -1, 0xffffff),
-    property<&S::foreground_colour>("foreground-colour", "Foreground sample",
+    property<&S::foreground_colour>("foreground-colour",
                                     "Colour of the subject near its edge, 0xRRGGBB, for "
                                     "method=soft. -1 samples it from the picture.",
                                     -1, 0xffffff),
-    property<&S::resample>("resample", "Sample again",
+    property<&S::resample>("resample",
                            "Frames, from 0 to 100000, after which screen and foreground are "
                            "sampled from the picture again, for cameras and lamps that change. 0 "
                            "samples once, when the stream starts or a setting changes.",
                            0, 100000),
-    property<&S::clip_black>("clip-black", "Clip black",
+    property<&S::clip_black>("clip-black",
                              "Matte values below this fraction, from 0 to 1, become background; "
                              "the values between clip-black and clip-white are stretched.",
                              0.0, 1.0),
-    property<&S::clip_white>("clip-white", "Clip white",
+    property<&S::clip_white>("clip-white",
                              "Matte values above this fraction, from 0 to 1, become foreground. It "
                              "must be larger than clip-black.",
                              0.0, 1.0),
-    property<&S::choke>("choke", "Choke",
+    property<&S::choke>("choke",
                         "Pixels, from -32 to 32, by which the matte is shaved off along its "
                         "outline, for example to lose a coloured rim. Negative values grow it.",
                         -32.0, 32.0),
     property<&S::close>(
-        "close", "Close",
-        "Pixels, from 0 to 32: gaps and holes in the matte up to twice this width are closed; "
-        "with method=difference what shows a coloured background there takes the "
-        "colours around.",
+        "close",
+        "Pixels, from 0 to 32: gaps and holes in the matte up to twice this width are closed; with "
+        "method=difference what shows a coloured background there takes the colours around.",
         0.0, 32.0),
     property<&S::spill>(
-        "spill", "Spill removal",
+        "spill",
         "Fraction from 0 to 1 of the key colour's spill that is taken out of the kept pixels: all "
         "of it at the matte's edges; where the matte is solid only a tenth of the screen's hue, "
         "for what has more is of that colour itself.",
         0.0, 1.0),
-    property<&S::clean_plate>("clean-plate", "Clean plate",
+    property<&S::clean_plate>("clean-plate",
                               "Path of a picture (PNG or JPEG, the frame's size) of the stage "
                               "without the subject. Used by method=difference, and by method=soft "
                               "for the screen's colour at each pixel. Empty uses none."),
     property<&S::learn_plate>(
-        "learn-plate", "Learn clean plate",
+        "learn-plate",
         "Setting this to a number of frames, from 1 to 1000, averages the next frames into the "
         "clean plate; the stage must be empty meanwhile. 0 learns nothing and keeps what there is.",
         0, 1000),
-    property<&S::difference_low>("difference-low", "Difference, lower bound",
+    property<&S::difference_low>("difference-low",
                                  "Distance in levels, from 0 to 442, from the clean plate up to "
                                  "which a pixel is background. Used by method=difference only.",
                                  0.0, 442.0),
     property<&S::difference_high>(
-        "difference-high", "Difference, upper bound",
+        "difference-high",
         "Distance in levels, from 0 to 442, from the clean plate from which on a pixel is "
         "foreground. It must be larger than difference-low. Used by method=difference only.",
         0.0, 442.0),
     property<&S::shadow_darkest>(
-        "shadow-darkest", "Darkest shadow",
+        "shadow-darkest",
         "Fraction from 0 to 1 of its light that a background pixel keeps at least in the subject's "
         "shadow; 1 tolerates no shadow. Used by method=difference only.",
         0.0, 1.0),
     property<&S::light_brightest>(
-        "light-brightest", "Brightest light",
+        "light-brightest",
         "Factor from 1 to 4 up to which a background pixel may become brighter than the clean "
         "plate, for example by reflected light. Used by method=difference only.",
         1.0, 4.0),
-    property<&S::outside_mask>("outside-mask", "Outside mask",
+    property<&S::outside_mask>("outside-mask",
                                "Path of a grey picture of the frame's size: where it is not black, "
                                "the matte is background. Empty uses none."),
-    property<&S::inside_mask>("inside-mask", "Inside mask",
+    property<&S::inside_mask>("inside-mask",
                               "Path of a grey picture of the frame's size: where it is not black, "
                               "the matte is foreground. Empty uses none."),
     property<&S::outside_polygon>(
-        "outside-polygon", "Outside polygon",
+        "outside-polygon",
         "Corners as \"x,y x,y x,y\" in pixels, several polygons separated by semicolons: outside "
         "of them the matte is background. Empty uses none."),
     property<&S::inside_polygon>(
-        "inside-polygon", "Inside polygon",
+        "inside-polygon",
         "Corners as \"x,y x,y x,y\" in pixels, several polygons separated by semicolons: inside of "
         "them the matte is foreground. Empty uses none."),
-    property<&S::rig>("rig", "Rig",
+    property<&S::rig>("rig",
                       "Path of a rig file with bounds: outside of the bounds, seen by the camera "
                       "that the property camera names, the matte is background. Empty uses none."),
 };
@@ -186,7 +184,7 @@ std::span<const Property<KeyValues>> key_properties() {
 
 std::span<const Property<KeyViewValues>> key_view_properties() {
   static constexpr std::array table{
-      property<&KeyViewValues::view>("view", "View",
+      property<&KeyViewValues::view>("view",
                                      "What the output shows; everything but composite is for an "
                                      "operator who adjusts the key."),
   };
