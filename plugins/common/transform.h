@@ -20,6 +20,24 @@ inline void sync_controlled_properties(GstBaseTransform* base, GstBuffer* buffer
   if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT_CAST(base), time);
 }
 
+/// prepare_output_buffer of an element that changes what is beside the pixels: the buffer itself, or
+/// where others hold it, another one of the same memory.
+inline GstFlowReturn writable_output(GstBaseTransform*, GstBuffer* in, GstBuffer** out) {
+  *out = gst_buffer_is_writable(in) ? in : gst_buffer_copy(in);
+  return GST_FLOW_OK;
+}
+
+/// Has prepare_output_buffer() do all that the element does: there the output's size is known.
+inline void leave_nothing_to_transform(GstBaseTransformClass* klass) {
+  klass->transform = [](GstBaseTransform*, GstBuffer*, GstBuffer*) { return GST_FLOW_OK; };
+  klass->transform_size = [](GstBaseTransform*, GstPadDirection, GstCaps*, gsize size, GstCaps*,
+                             gsize* other) -> gboolean {
+    *other = size;
+    return TRUE;
+  };
+  klass->passthrough_on_same_caps = FALSE;
+}
+
 /// submit_input_buffer of an element with a `pace`: leaves out the frames that nobody wants.
 template <class State>
 GstFlowReturn submit_input_buffer(GstBaseTransform* base, gboolean discontinuous,

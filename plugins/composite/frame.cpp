@@ -10,8 +10,7 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "plugins/common/guard.h"
-#include "plugins/common/memory/depth_meta.h"
-#include "plugins/common/memory/planes_meta.h"
+#include "plugins/common/memory/scene_metas.h"
 #include "plugins/common/memory/video_frame.h"
 #include "render/fill.h"
 
@@ -76,8 +75,8 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   view_ = settings.view;
   frame_.width = GST_VIDEO_INFO_WIDTH(&info);
   frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
-  frame_.planes = attached_planes(background);
-  frame_.depth = attached_depth(background);
+  frame_.planes = PlanesMeta::get(background);
+  frame_.depth = DepthMeta::get(background);
   frame_.subjects.clear();
   opacities_.clear();
   const bool image_based = settings.subject == SubjectShape::image_based;

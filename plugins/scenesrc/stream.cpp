@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "base/srgb.h"
 #include "plugins/common/live/live_pad.h"
-#include "plugins/common/memory/planes_meta.h"
+#include "plugins/common/memory/scene_metas.h"
 
 namespace polyhull::element {
 namespace {
@@ -162,7 +162,7 @@ GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
     sent_format_ = format;
   }
   GstBuffer* buffer = gst_buffer_copy(sent_.get());
-  set_planes(buffer, background.planes());
+  PlanesMeta::set(buffer, background.planes());
   return buffer;
 }
 

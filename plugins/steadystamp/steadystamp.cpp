@@ -110,13 +110,6 @@ GstFlowReturn place(GstBaseTransform* base, GstBuffer* buffer) {
   });
 }
 
-/// The buffer itself, or where others hold it, another one of the same memory: pixels are not
-/// copied.
-GstFlowReturn prepare_output_buffer(GstBaseTransform*, GstBuffer* in, GstBuffer** out) {
-  *out = gst_buffer_is_writable(in) ? in : gst_buffer_copy(in);
-  return GST_FLOW_OK;
-}
-
 gboolean start(GstBaseTransform* base) {
   SteadyStamp& self = state_of<SteadyStamp>(base);
   self.statistics.reset();
@@ -184,7 +177,7 @@ void SteadyStamp::class_init(gpointer klass) {
   base_class->start = start;
   base_class->sink_event = sink_event;
   base_class->before_transform = sync_controlled_properties;
-  base_class->prepare_output_buffer = prepare_output_buffer;
+  base_class->prepare_output_buffer = writable_output;
   base_class->transform_ip = place;
   base_class->passthrough_on_same_caps = FALSE;
 }

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/live/live_pad.h"
-#include "plugins/common/memory/depth_meta.h"
+#include "plugins/common/memory/scene_metas.h"
 #include "plugins/common/transform.h"
 #include "plugins/trackstamp/private.h"
 
@@ -57,8 +57,9 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
         self.scene.at(buffer, base->segment, duration, self.left(time, self.wait_for_scene()));
     if (auto depth =
             self.depth.at(buffer, base->segment, duration, self.left(time, self.wait_for_scene()),
-                          scene ? scene->depth_near : 0.0))
-      set_depth(buffer, std::move(depth));
+                          scene ? scene->depth_near : 0.0);
+        depth && gst_buffer_is_writable(buffer))  // who shares the buffer reads its metas
+      DepthMeta::set(buffer, std::move(depth));
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     const std::optional<TrackMoment> moment = self.moment_of(buffer);
     std::optional<TrackedPose> pose;

@@ -183,15 +183,11 @@ GstBuffer* numbered_view(GstElement* element, GstBuffer* in) {
   return state_of<TriggerStamp>(element).writer.write(view, read.pixels(), in);
 }
 
-/// A camera's frame goes on itself, or where others hold it, as another buffer of the same memory:
-/// pixels are not copied.
+/// Views are made anew.
 GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBuffer** out) {
   auto* element = GST_ELEMENT_CAST(base);
   TriggerStamp& self = state_of<TriggerStamp>(element);
-  if (!self.views) {
-    *out = gst_buffer_is_writable(in) ? in : gst_buffer_copy(in);
-    return GST_FLOW_OK;
-  }
+  if (!self.views) return writable_output(base, in, out);
   return guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     try {
       *out = numbered_view(element, in);

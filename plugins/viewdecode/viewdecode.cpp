@@ -72,27 +72,17 @@ GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBu
   });
 }
 
-GstFlowReturn pass(GstBaseTransform*, GstBuffer*, GstBuffer*) {
-  return GST_FLOW_OK;  // prepare_output_buffer() has done it
-}
-
 gboolean start(GstBaseTransform* base) {
   state_of<ViewDecode>(base).statistics.reset();
   return TRUE;
 }
 
-gboolean transform_size(GstBaseTransform*, GstPadDirection, GstCaps*, gsize size, GstCaps*,
-                        gsize* other) {
-  *other = size;
-  return TRUE;
-}
-
 void ViewDecode::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(viewdecode_debug, "viewdecode", 0, "pixels of views, unpacked");
-  add_statistics<ViewDecode>(klass,
-                             "Counters since the start: views, views-packed (of these), "
-                             "views-damaged (left out), bytes-in, "
-                             "bytes-out; unpack-ms, the milliseconds that the last view took.");
+  add_statistics<ViewDecode>(
+      klass,
+      "Counters since the start: views, views-packed (of these), views-damaged (left out), "
+      "bytes-in, bytes-out; unpack-ms, the milliseconds that the last view took.");
   set_metadata(klass, "View unpacker", "Filter/Converter",
                "Unpacks the pixels of views that viewencode has packed");
   add_template(klass, "sink", GST_PAD_SINK, view_caps);
@@ -100,9 +90,7 @@ void ViewDecode::class_init(gpointer klass) {
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->start = start;
   base_class->prepare_output_buffer = prepare_output_buffer;
-  base_class->transform = pass;
-  base_class->transform_size = transform_size;
-  base_class->passthrough_on_same_caps = FALSE;
+  leave_nothing_to_transform(base_class);
 }
 
 }  // namespace

@@ -189,20 +189,10 @@ GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBu
   });
 }
 
-GstFlowReturn pass(GstBaseTransform*, GstBuffer*, GstBuffer*) {
-  return GST_FLOW_OK;  // prepare_output_buffer() has done it
-}
-
 gboolean start(GstBaseTransform* base) {
   ViewEncode& self = state_of<ViewEncode>(base);
   self.statistics.reset();
   self.choice = CodingChoice();
-  return TRUE;
-}
-
-gboolean transform_size(GstBaseTransform*, GstPadDirection, GstCaps*, gsize size, GstCaps*,
-                        gsize* other) {
-  *other = size;
   return TRUE;
 }
 
@@ -222,9 +212,7 @@ void ViewEncode::class_init(gpointer klass) {
   base_class->start = start;
   base_class->before_transform = sync_controlled_properties;
   base_class->prepare_output_buffer = prepare_output_buffer;
-  base_class->transform = pass;
-  base_class->transform_size = transform_size;
-  base_class->passthrough_on_same_caps = FALSE;
+  leave_nothing_to_transform(base_class);
 }
 
 }  // namespace

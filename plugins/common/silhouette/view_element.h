@@ -100,7 +100,6 @@ void install_view_element(gpointer klass) {
     return GST_BASE_TRANSFORM_CLASS(parent_class<State>())->propose_allocation(base, decide, query);
   };
   base_class->before_transform = sync_controlled_properties;
-  // The view is made where its size is known; nothing is left for transform().
   base_class->prepare_output_buffer = [](GstBaseTransform* base, GstBuffer* in, GstBuffer** out) {
     State& self = state_of<State>(base);
     return guarded(GST_ELEMENT_CAST(base), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
@@ -110,9 +109,8 @@ void install_view_element(gpointer klass) {
       return GST_FLOW_OK;
     });
   };
-  base_class->transform = [](GstBaseTransform*, GstBuffer*, GstBuffer*) { return GST_FLOW_OK; };
+  leave_nothing_to_transform(base_class);
   base_class->src_event = src_event<State>;
-  base_class->passthrough_on_same_caps = FALSE;
 }
 
 }  // namespace polyhull::element
