@@ -74,7 +74,7 @@ GstBuffer* padded(GstBuffer* tight, int bytes, int padding) {
 
 // Every order and depth: the one pass sends the chain's bytes, the contours run around the disk, and
 // its pixels are the disk's.
-GST_START_TEST(mosaics_of_every_order_and_depth) {
+ELEMENT_TEST(mosaics_of_every_order_and_depth) {
   for (const char* order : {"bggr", "gbrg", "grbg", "rggb"})
     for (const char* depth : {"", "10le", "12le"}) {
       const std::string format = std::string(order) + depth;
@@ -106,9 +106,8 @@ GST_START_TEST(mosaics_of_every_order_and_depth) {
       gst_harness_teardown(one);
     }
 }
-GST_END_TEST
 
-GST_START_TEST(rows_lie_where_the_meta_says) {
+ELEMENT_TEST(rows_lie_where_the_meta_says) {
   for (const auto& [format, bytes] : {std::pair{"rggb", 1}, std::pair{"gbrg12le", 2}}) {
     GstHarness* harness = gst_harness_new_parse("silhouette camera=c tolerance=0");
     gst_harness_set_src_caps_str(harness, caps_of(format).c_str());
@@ -120,9 +119,8 @@ GST_START_TEST(rows_lie_where_the_meta_says) {
     gst_harness_teardown(harness);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(rows_beyond_the_buffer_are_an_error) {
+ELEMENT_TEST(rows_beyond_the_buffer_are_an_error) {
   GstHarness* harness = gst_harness_new_parse("silhouette camera=c");
   gst_harness_set_src_caps_str(harness, caps_of("rggb").c_str());
   GstBuffer* buffer = padded(mosaic("rggb", 60.0), 1, 60);
@@ -130,18 +128,16 @@ GST_START_TEST(rows_beyond_the_buffer_are_an_error) {
   fail_unless_equals_int(gst_harness_push(harness, buffer), GST_FLOW_ERROR);
   gst_harness_teardown(harness);
 }
-GST_END_TEST
 
 // GStreamer's own source, which attaches a description of the frame that fits no format.
-GST_START_TEST(takes_videotestsrcs_mosaics) {
+ELEMENT_TEST(takes_videotestsrcs_mosaics) {
   for (const char* element : {"chromamatte", "silhouette"})
     check_ended(run_to_end(std::string("videotestsrc num-buffers=3 ! "
                                        "video/x-bayer,format=grbg,width=321,height=240 ! ") +
                            element + " ! fakesink"));
 }
-GST_END_TEST
 
-GST_START_TEST(a_mosaic_too_short_is_an_error) {
+ELEMENT_TEST(a_mosaic_too_short_is_an_error) {
   GstElement* pipeline = parse(
       "fakesrc num-buffers=1 sizetype=fixed sizemax=1000 ! "
       "video/x-bayer,format=rggb,width=64,height=48,framerate=25/1 ! "
@@ -149,12 +145,10 @@ GST_START_TEST(a_mosaic_too_short_is_an_error) {
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   const std::string end = wait_for_end(pipeline);
   fail_unless(end.find("1000 bytes cannot be mapped") != std::string::npos, "%s", end.c_str());
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(interlaced_frames_are_refused) {
+ELEMENT_TEST(interlaced_frames_are_refused) {
   for (const char* element : {"chromamatte", "silhouette"})
     for (const char* mode : {"interleaved", "mixed"}) {
       const std::string end =
@@ -166,20 +160,3 @@ GST_START_TEST(interlaced_frames_are_refused) {
                   "%s: %s", element, end.c_str());
     }
 }
-GST_END_TEST
-
-static Suite* bayer_suite() {
-  Suite* suite = suite_create("mosaics and fields");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, mosaics_of_every_order_and_depth);
-  tcase_add_test(tests, rows_lie_where_the_meta_says);
-  tcase_add_test(tests, rows_beyond_the_buffer_are_an_error);
-  tcase_add_test(tests, takes_videotestsrcs_mosaics);
-  tcase_add_test(tests, a_mosaic_too_short_is_an_error);
-  tcase_add_test(tests, interlaced_frames_are_refused);
-  return suite;
-}
-
-GST_CHECK_MAIN(bayer)

@@ -3,21 +3,19 @@
 #include <gst/check/gstharness.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "base/picture.h"
 #include "elements/controlled.h"
 #include "elements/element_checks.h"
 #include "elements/keyed_disk.h"
+#include "support/folder.h"
 
 using namespace polyhull::test;
 
 namespace {
 
-std::string temporary(const std::string& name) {
-  return (std::filesystem::temp_directory_path() / ("polyhull_chromamatte_" + name)).string();
-}
+const Folder folder;
 
 polyhull::Picture plate_picture(int w, int h, const Colour& c) {
   polyhull::Picture picture{w, h, 3, {}};
@@ -29,7 +27,7 @@ polyhull::Picture plate_picture(int w, int h, const Colour& c) {
 
 }  // namespace
 
-GST_START_TEST(properties_act_on_the_next_frame) {
+ELEMENT_TEST(properties_act_on_the_next_frame) {
   GstHarness* h = harness_for("chromamatte name=key");
   GstElement* key = gst_harness_find_element(h, "chromamatte");
   GstBuffer* out = pushed(h, "RGBx", subject);
@@ -55,12 +53,11 @@ GST_START_TEST(properties_act_on_the_next_frame) {
   gst_object_unref(key);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 /// Pictures, polygons and the rig's bounds rule in and out, each by itself and all at once.
-GST_START_TEST(garbage_mattes_rule_in_and_out) {
+ELEMENT_TEST(garbage_mattes_rule_in_and_out) {
   // Columns 0 to 29 are masked; the box, 10 units away, covers columns 20 to 60 and rows 10 to 40.
-  const std::string mask = temporary("mask.png"), rig = temporary("rig.json");
+  const std::string mask = folder.file("mask.png"), rig = folder.file("rig.json");
   polyhull::Picture left{width, height, 1, std::vector<std::uint8_t>(width * height, 0)};
   for (int y = 0; y < height; ++y) std::fill_n(left.row(y), 30, 255);
   polyhull::save_picture(left, mask);
@@ -110,9 +107,8 @@ GST_START_TEST(garbage_mattes_rule_in_and_out) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(a_controller_drives_properties) {
+ELEMENT_TEST(a_controller_drives_properties) {
   GstHarness* h = harness_for("chromamatte");
   GstElement* key = gst_harness_find_element(h, "chromamatte");
   control(key, "roi-x", 0.0, 90.0, GST_SECOND, GST_INTERPOLATION_MODE_NONE);
@@ -125,10 +121,9 @@ GST_START_TEST(a_controller_drives_properties) {
   gst_object_unref(key);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(a_clean_plate_keys_without_a_screen) {
-  const std::string path = temporary("plate.png");
+ELEMENT_TEST(a_clean_plate_keys_without_a_screen) {
+  const std::string path = folder.file("plate.png");
   polyhull::save_picture(plate_picture(width, height, {120, 110, 100}), path);
   Disk room = subject;
   room.screen = {120, 110, 100};
@@ -144,9 +139,8 @@ GST_START_TEST(a_clean_plate_keys_without_a_screen) {
   gst_buffer_unref(out);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(learns_a_clean_plate) {
+ELEMENT_TEST(learns_a_clean_plate) {
   GstHarness* h = harness_for("chromamatte method=difference learn-plate=5");
   GstElement* key = gst_harness_find_element(h, "chromamatte");
   Disk room = subject;
@@ -162,7 +156,6 @@ GST_START_TEST(learns_a_clean_plate) {
   gst_object_unref(key);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 /// The sentence of the error that the line ends with; fails if it ends without one.
 static std::string error_of(const std::string& properties) {
@@ -180,7 +173,7 @@ static std::string error_of(const std::string& properties) {
 }
 
 /// The lamps go down while the stream runs: followed, or sampled again, the screen stays background.
-GST_START_TEST(samples_again_when_asked_to) {
+ELEMENT_TEST(samples_again_when_asked_to) {
   Disk dim = subject;
   dim.screen = {22, 112, 40};
   for (const int resample : {0, 3}) {
@@ -197,12 +190,11 @@ GST_START_TEST(samples_again_when_asked_to) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(bad_input_is_refused_with_a_sentence) {
+ELEMENT_TEST(bad_input_is_refused_with_a_sentence) {
   fail_unless(error_of("clean-plate=/nowhere/plate.png").find("/nowhere/plate.png") !=
               std::string::npos);
-  const std::string small = temporary("small.png");
+  const std::string small = folder.file("small.png");
   polyhull::save_picture(plate_picture(8, 8, {0, 0, 0}), small);
   for (const char* property : {"clean-plate", "inside-mask", "outside-mask"}) {
     const std::string message = error_of(std::string(property) + "=" + small);
@@ -211,7 +203,7 @@ GST_START_TEST(bad_input_is_refused_with_a_sentence) {
                     message.find(property) != std::string::npos,
                 "%s", message.c_str());
   }
-  const std::string broken = temporary("broken.png");
+  const std::string broken = folder.file("broken.png");
   std::ofstream(broken) << "no picture";
   fail_unless(error_of("clean-plate=" + broken).find(broken) != std::string::npos);
   error_of("outside-polygon=\"1,2 3,4\"");
@@ -223,9 +215,8 @@ GST_START_TEST(bad_input_is_refused_with_a_sentence) {
   error_of("difference-low=50 difference-high=20");
   fail_unless(error_of("rig=/nowhere/rig.json").find("/nowhere/rig.json") != std::string::npos);
 }
-GST_END_TEST
 
-GST_START_TEST(a_bad_value_in_the_stream_is_a_warning) {
+ELEMENT_TEST(a_bad_value_in_the_stream_is_a_warning) {
   GstHarness* h = harness_for("chromamatte");
   GstElement* key = gst_harness_find_element(h, "chromamatte");
   GstBus* bus = gst_bus_new();
@@ -249,10 +240,9 @@ GST_START_TEST(a_bad_value_in_the_stream_is_a_warning) {
   gst_object_unref(key);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 /// Frames keyed without what the method needs are counted, and a person reads what to set.
-GST_START_TEST(says_what_the_method_lacks) {
+ELEMENT_TEST(says_what_the_method_lacks) {
   const struct {
     const char *properties, *counter, *remedy;
     bool screen;  // in the picture
@@ -296,9 +286,8 @@ GST_START_TEST(says_what_the_method_lacks) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(not_a_number_changes_nothing) {
+ELEMENT_TEST(not_a_number_changes_nothing) {
   GstElement* key = gst_element_factory_make("chromamatte", nullptr);
   g_object_set(key, "choke", 1.5, nullptr);
   // GObject complains by itself; the value stays.
@@ -308,34 +297,11 @@ GST_START_TEST(not_a_number_changes_nothing) {
   fail_unless_equals_float(choke, 1.5);
   gst_object_unref(key);
 }
-GST_END_TEST
 
-GST_START_TEST(a_region_outside_of_the_frame_is_empty) {
+ELEMENT_TEST(a_region_outside_of_the_frame_is_empty) {
   GstHarness* h = harness_for("chromamatte roi-x=5000 roi-y=10");
   GstBuffer* out = pushed(h, "RGBx", subject);
   fail_unless_equals_float(alpha_area(out, width, height), 0.0);
   gst_buffer_unref(out);
   gst_harness_teardown(h);
 }
-GST_END_TEST
-
-static Suite* chromamatte_settings_suite() {
-  Suite* suite = suite_create("chromamatte_settings");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, properties_act_on_the_next_frame);
-  tcase_add_test(tests, garbage_mattes_rule_in_and_out);
-  tcase_add_test(tests, a_controller_drives_properties);
-  tcase_add_test(tests, a_clean_plate_keys_without_a_screen);
-  tcase_add_test(tests, learns_a_clean_plate);
-  tcase_add_test(tests, samples_again_when_asked_to);
-  tcase_add_test(tests, bad_input_is_refused_with_a_sentence);
-  tcase_add_test(tests, a_bad_value_in_the_stream_is_a_warning);
-  tcase_add_test(tests, says_what_the_method_lacks);
-  tcase_add_test(tests, not_a_number_changes_nothing);
-  tcase_add_test(tests, a_region_outside_of_the_frame_is_empty);
-  return suite;
-}
-
-GST_CHECK_MAIN(chromamatte_settings)

@@ -9,19 +9,17 @@
 
 using namespace polyhull::test;
 
-GST_START_TEST(says_what_it_is) {
+ELEMENT_TEST(says_what_it_is) {
   check_documented("chromamatte");
 }
-GST_END_TEST
 
-GST_START_TEST(goes_up_and_down) {
+ELEMENT_TEST(goes_up_and_down) {
   check_states(
       "videotestsrc num-buffers=30 pattern=ball background-color=0xff1ebe3c ! "
       "video/x-raw,format=NV12 ! chromamatte ! fakesink");
 }
-GST_END_TEST
 
-GST_START_TEST(keys_packed_formats_alike) {
+ELEMENT_TEST(keys_packed_formats_alike) {
   for (const char* format : {"RGBx", "BGRx", "RGBA", "BGRA", "RGB", "BGR"}) {
     GstHarness* h = harness_for("chromamatte", format);
     GstBuffer* out = pushed(h, format, subject);
@@ -40,11 +38,10 @@ GST_START_TEST(keys_packed_formats_alike) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
 /// Frames that videoconvert made of an RGB picture come back as that picture, whatever matrix and
 /// range.
-GST_START_TEST(honours_colorimetry) {
+ELEMENT_TEST(honours_colorimetry) {
   const struct {
     const char* format;
     const char* colorimetry;
@@ -59,7 +56,7 @@ GST_START_TEST(honours_colorimetry) {
                     "videoconvert ! video/x-raw,format=") +
         c.format + ",colorimetry=" + c.colorimetry +
         " ! chromamatte spill=0 ! appsink name=sink sync=false");
-    GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+    GstElement* sink = named(pipeline, "sink");
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink));
     fail_unless(sample != nullptr, "%s %s", c.format, c.colorimetry);
@@ -77,13 +74,11 @@ GST_START_TEST(honours_colorimetry) {
     fail_unless(worst <= 6, "%s %s: colours differ by %d", c.format, c.colorimetry, worst);
     gst_sample_unref(sample);
     gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(sink);
     gst_object_unref(pipeline);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(announces_the_transfer_of_the_camera) {
+ELEMENT_TEST(announces_the_transfer_of_the_camera) {
   GstHarness* h = gst_harness_new("chromamatte");
   gst_harness_set_src_caps_str(
       h, "video/x-raw,format=NV12,width=64,height=48,framerate=25/1,colorimetry=bt709");
@@ -103,9 +98,8 @@ GST_START_TEST(announces_the_transfer_of_the_camera) {
   gst_caps_unref(out);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(changes_size_and_format_in_the_stream) {
+ELEMENT_TEST(changes_size_and_format_in_the_stream) {
   GstHarness* h = gst_harness_new("chromamatte");
   const struct {
     const char* format;
@@ -124,9 +118,8 @@ GST_START_TEST(changes_size_and_format_in_the_stream) {
   }
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(survives_flush_and_seek) {
+ELEMENT_TEST(survives_flush_and_seek) {
   GstElement* pipeline = parse(
       "videotestsrc num-buffers=200 pattern=ball background-color=0xff1ebe3c ! "
       "video/x-raw,format=I420 ! chromamatte name=key ! fakesink name=sink sync=false");
@@ -143,12 +136,10 @@ GST_START_TEST(survives_flush_and_seek) {
   }
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(shows_the_operator_what_it_does) {
+ELEMENT_TEST(shows_the_operator_what_it_does) {
   for (const char* view : {"matte", "status", "spill"}) {
     GstHarness* h = harness_for(std::string("chromamatte view=") + view);
     GstBuffer* out = pushed(h, "RGBx", subject);
@@ -162,10 +153,9 @@ GST_START_TEST(shows_the_operator_what_it_does) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
 /// Four pictures in one of the same size, and how clear the matte is.
-GST_START_TEST(shows_all_views_in_one) {
+ELEMENT_TEST(shows_all_views_in_one) {
   GstHarness* h = gst_harness_new("chromamatte");
   gst_util_set_object_arg(G_OBJECT(h->element), "view", "split");
   gst_harness_set_src_caps(h, video_caps("RGBx", width, height));
@@ -187,18 +177,16 @@ GST_START_TEST(shows_all_views_in_one) {
   gst_buffer_unref(out);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(frames_outlive_the_element) {
+ELEMENT_TEST(frames_outlive_the_element) {
   GstHarness* h = harness_for("chromamatte");
   GstBuffer* out = pushed(h, "RGBx", subject);
   gst_harness_teardown(h);
   fail_unless(alpha_area(out, width, height) > 900);
   gst_buffer_unref(out);
 }
-GST_END_TEST
 
-GST_START_TEST(trigger_numbers_and_times_pass) {
+ELEMENT_TEST(trigger_numbers_and_times_pass) {
   GstHarness* h = harness_for("chromamatte");
   GstCaps* caps = video_caps("RGBx", width, height);
   GstBuffer* in = disk_frame(caps, subject, 7 * GST_SECOND);
@@ -215,10 +203,9 @@ GST_START_TEST(trigger_numbers_and_times_pass) {
   gst_caps_unref(caps);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 /// What a user sees who asks for a colour that has no name: what the property takes instead.
-GST_START_TEST(an_unknown_key_is_answered_with_the_known_ones) {
+ELEMENT_TEST(an_unknown_key_is_answered_with_the_known_ones) {
   std::string said;
   const guint handler = g_log_set_handler(
       nullptr, G_LOG_LEVEL_WARNING,
@@ -257,26 +244,3 @@ GST_START_TEST(an_unknown_key_is_answered_with_the_known_ones) {
   g_value_unset(&key);
   gst_object_unref(made);
 }
-GST_END_TEST
-
-static Suite* chromamatte_suite() {
-  Suite* suite = suite_create("chromamatte");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, says_what_it_is);
-  tcase_add_test(tests, goes_up_and_down);
-  tcase_add_test(tests, keys_packed_formats_alike);
-  tcase_add_test(tests, honours_colorimetry);
-  tcase_add_test(tests, announces_the_transfer_of_the_camera);
-  tcase_add_test(tests, changes_size_and_format_in_the_stream);
-  tcase_add_test(tests, survives_flush_and_seek);
-  tcase_add_test(tests, shows_the_operator_what_it_does);
-  tcase_add_test(tests, shows_all_views_in_one);
-  tcase_add_test(tests, frames_outlive_the_element);
-  tcase_add_test(tests, trigger_numbers_and_times_pass);
-  tcase_add_test(tests, an_unknown_key_is_answered_with_the_known_ones);
-  return suite;
-}
-
-GST_CHECK_MAIN(chromamatte)

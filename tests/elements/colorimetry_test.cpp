@@ -127,7 +127,7 @@ constexpr const char* key = "chromamatte spill=0 screen-colour=0x1ebe3c foregrou
 
 }  // namespace
 
-GST_START_TEST(every_coding_becomes_its_colours) {
+ELEMENT_TEST(every_coding_becomes_its_colours) {
   for (const char* format :
        {"I420",      "NV12",      "YUY2",      "UYVY",    "I420_10LE", "v210",      "NV21",
         "YV12",      "Y42B",      "NV16",      "NV61",    "YVYU",      "Y444",      "NV24",
@@ -188,11 +188,10 @@ GST_START_TEST(every_coding_becomes_its_colours) {
     }
   }
 }
-GST_END_TEST
 
 /// Caps that say nothing mean what GStreamer takes them to mean: BT.601 and chroma between the
 /// columns for small pictures, BT.709 and chroma on even columns from HD on, limited range.
-GST_START_TEST(open_colorimetry_is_gstreamers) {
+ELEMENT_TEST(open_colorimetry_is_gstreamers) {
   const struct {
     int w, h;
     const char *colorimetry, *site;
@@ -223,10 +222,9 @@ GST_START_TEST(open_colorimetry_is_gstreamers) {
     }
   }
 }
-GST_END_TEST
 
 /// Every order of red, green and blue, packed and planar, is the same picture.
-GST_START_TEST(every_order_of_rgb_is_the_same) {
+ELEMENT_TEST(every_order_of_rgb_is_the_same) {
   std::vector<std::uint8_t> before;
   for (const char* format : {"RGBx", "xRGB", "xBGR", "ARGB", "ABGR", "RGB", "BGR", "GBR", "GBRA",
                              "GBR_10LE", "GBR_12LE"}) {
@@ -248,10 +246,9 @@ GST_START_TEST(every_order_of_rgb_is_the_same) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
 /// RGB goes through as it is, so its range is announced as it came.
-GST_START_TEST(limited_range_rgb_stays_so) {
+ELEMENT_TEST(limited_range_rgb_stays_so) {
   for (const auto& [in, range] : {std::pair{"1:1:7:1", GST_VIDEO_COLOR_RANGE_0_255},
                                   {"2:1:7:1", GST_VIDEO_COLOR_RANGE_16_235}}) {
     GstHarness* h = gst_harness_new_parse(key);
@@ -268,18 +265,3 @@ GST_START_TEST(limited_range_rgb_stays_so) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
-
-static Suite* colorimetry_suite() {
-  Suite* suite = suite_create("colorimetry");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 180);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, every_coding_becomes_its_colours);
-  tcase_add_test(tests, open_colorimetry_is_gstreamers);
-  tcase_add_test(tests, every_order_of_rgb_is_the_same);
-  tcase_add_test(tests, limited_range_rgb_stays_so);
-  return suite;
-}
-
-GST_CHECK_MAIN(colorimetry)

@@ -2,14 +2,15 @@
 // composite's background as decoders give it: the composite is that of the same background converted to
 // RGBA by videoconvert.
 #include <cstdlib>
-#include <filesystem>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "composite_bench.h"
+#include "element_test.h"
 #include "played.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -93,7 +94,7 @@ struct Passing : Bench {
 }  // namespace
 
 // One stream, whose format changes with each frame.
-GST_START_TEST(every_format_is_as_videoconvert_makes_it) {
+ELEMENT_TEST(every_format_is_as_videoconvert_makes_it) {
   std::vector<std::string> all;
   g_autoptr(GstCaps) listed = gst_caps_from_string("video/x-raw,format=" GST_VIDEO_FORMATS_ALL);
   const GValue* formats = gst_structure_get_value(gst_caps_get_structure(listed, 0), "format");
@@ -121,9 +122,8 @@ GST_START_TEST(every_format_is_as_videoconvert_makes_it) {
   }
   fail_unless(bench.converted() + 2 > all.size());  // RGBA is listed once
 }
-GST_END_TEST
 
-GST_START_TEST(the_composite_is_that_of_the_converted_background) {
+ELEMENT_TEST(the_composite_is_that_of_the_converted_background) {
   const struct {
     const char *format, *backend, *output;
   } cases[] = {{"NV12", "processor", "RGBA"},
@@ -140,9 +140,8 @@ GST_START_TEST(the_composite_is_that_of_the_converted_background) {
                   backend, output, static_cast<int>(i));
   }
 }
-GST_END_TEST
 
-GST_START_TEST(what_is_sent_again_is_converted_once) {
+ELEMENT_TEST(what_is_sent_again_is_converted_once) {
   const std::string caps = caps_of("I420");
   Passing bench;
   gst_harness_set_src_caps_str(bench.background, caps.c_str());
@@ -171,9 +170,8 @@ GST_START_TEST(what_is_sent_again_is_converted_once) {
   fail_unless(bytes_taken(bench.pass(still)) == other);
   fail_unless_equals_uint64(bench.converted(), 2);
 }
-GST_END_TEST
 
-GST_START_TEST(nothing_is_held_after_the_stop) {
+ELEMENT_TEST(nothing_is_held_after_the_stop) {
   const std::string caps = caps_of("NV12");
   Passing bench;
   gst_harness_set_src_caps_str(bench.background, caps.c_str());
@@ -184,9 +182,8 @@ GST_START_TEST(nothing_is_held_after_the_stop) {
   fail_unless_equals_int(GST_MINI_OBJECT_REFCOUNT_VALUE(memory), 1);
   gst_buffer_unref(still);
 }
-GST_END_TEST
 
-GST_START_TEST(what_is_sent_again_is_uploaded_once) {
+ELEMENT_TEST(what_is_sent_again_is_uploaded_once) {
   const std::string caps = caps_of("NV12");
   Bench bench;
   bench.wait_for_all();
@@ -208,10 +205,9 @@ GST_START_TEST(what_is_sent_again_is_uploaded_once) {
   fail_unless_equals_uint64(statistic(bench.element, "backgrounds-converted"), 1);
   gst_buffer_unref(still);
 }
-GST_END_TEST
 
 // Rows and planes apart as decoders have them, and what else is in the memory told from it.
-GST_START_TEST(planes_lie_anywhere) {
+ELEMENT_TEST(planes_lie_anywhere) {
   const std::string caps = caps_of("NV12", 33, 17);
   GstBuffer* tight = noise(caps);
   GstBuffer* wide = gst_buffer_new_allocate(nullptr, 10000, nullptr);
@@ -236,9 +232,8 @@ GST_START_TEST(planes_lie_anywhere) {
   gst_buffer_unref(wide);
   fail_unless(bytes_taken(bench.pass(shifted)) != wanted, "another plane is the same picture");
 }
-GST_END_TEST
 
-GST_START_TEST(a_buffer_that_is_too_small) {
+ELEMENT_TEST(a_buffer_that_is_too_small) {
   const std::string caps = caps_of("I420");
   Passing bench;
   GstBus* bus = gst_bus_new();
@@ -256,11 +251,10 @@ GST_START_TEST(a_buffer_that_is_too_small) {
   gst_element_set_bus(bench.element, nullptr);
   gst_object_unref(bus);
 }
-GST_END_TEST
 
 // Pixels twice as wide as high show the same subject in half as many of them; a pixel's width along its
 // outline may differ.
-GST_START_TEST(pixels_that_are_not_square) {
+ELEMENT_TEST(pixels_that_are_not_square) {
   const auto changed = [](const char* shape) {
     Bench bench;
     bench.wait_for_all();
@@ -276,9 +270,8 @@ GST_START_TEST(pixels_that_are_not_square) {
   fail_unless(square > 1000, "%d", square);
   fail_unless(std::abs(2 * wide - square) < 4 * height, "%d and %d", square, wide);
 }
-GST_END_TEST
 
-GST_START_TEST(colours_that_nothing_converts_are_said) {
+ELEMENT_TEST(colours_that_nothing_converts_are_said) {
   for (const auto& [colours, said] : {std::pair{"bt709", 0u},
                                       {"bt601", 0u},
                                       {"bt2100-hlg", 1u},
@@ -293,9 +286,8 @@ GST_START_TEST(colours_that_nothing_converts_are_said) {
       fail_unless_equals_uint64(statistic(found, "colours-unconverted"), said);
     }
 }
-GST_END_TEST
 
-GST_START_TEST(straight_from_decodebin) {
+ELEMENT_TEST(straight_from_decodebin) {
   const Folder folder;
   check_ended(
       run_to_end("videotestsrc num-buffers=5 ! video/x-raw,width=321,height=181,"
@@ -315,24 +307,3 @@ GST_START_TEST(straight_from_decodebin) {
     fail_unless(here.of("out") == there.of("out"), "%s", name);
   }
 }
-GST_END_TEST
-
-static Suite* composite_background_suite() {
-  Suite* suite = suite_create("composite's background");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, every_format_is_as_videoconvert_makes_it);
-  tcase_add_test(tests, the_composite_is_that_of_the_converted_background);
-  tcase_add_test(tests, what_is_sent_again_is_converted_once);
-  tcase_add_test(tests, what_is_sent_again_is_uploaded_once);
-  tcase_add_test(tests, nothing_is_held_after_the_stop);
-  tcase_add_test(tests, planes_lie_anywhere);
-  tcase_add_test(tests, a_buffer_that_is_too_small);
-  tcase_add_test(tests, pixels_that_are_not_square);
-  tcase_add_test(tests, colours_that_nothing_converts_are_said);
-  tcase_add_test(tests, straight_from_decodebin);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_background)

@@ -3,27 +3,23 @@
 /// composite with its inputs fed by hand: frames of 320x180, a subject's meshes.
 #pragma once
 
-#include <cstdint>
-#include <istream>  // for headers that come after gst-check
-#include <mutex>
-#include <vector>
-
-#include "synthetic.h"
-#include "texture/texture_hull.h"
-#include "wire/mesh_payload.h"
-
-// After the standard library's headers: gst-check has a macro fail.
 #include <gst/check/gstharness.h>
 #include <gst/video/video.h>
 
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
 #include "element_checks.h"
+#include "mesh_buffers.h"
+#include "synthetic.h"
+#include "texture/texture_hull.h"
 
 namespace polyhull::test {
 
 inline constexpr int width = 320, height = 180;
 inline constexpr char background_caps[] =
     "video/x-raw,format=RGBA,width=320,height=180,framerate=25/1";
-inline constexpr char mesh_caps[] = "application/x-polyhull-mesh";
 
 inline const synthetic::Photographed& subject() {
   static const synthetic::Photographed made = [] {
@@ -39,11 +35,7 @@ inline const synthetic::Photographed& subject() {
 }
 
 inline GstBuffer* mesh_buffer(GstClockTime time, const Mesh& mesh = subject().mesh) {
-  const std::vector<std::uint8_t> bytes = write_mesh(mesh);
-  GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
-  GST_BUFFER_PTS(buffer) = time;
-  GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
-  return buffer;
+  return mesh_buffer(mesh, time);
 }
 
 /// The bytes of \p buffer, which is given up.
@@ -113,6 +105,12 @@ struct Bench {
       mesh = gst_harness_new_with_element(element, "mesh_%u", nullptr);
       gst_harness_set_src_caps_str(mesh, mesh_caps);
     }
+  }
+  /// Begins with a subject in every frame.
+  void show_subject(const char* backend) {
+    wait_for_all();
+    gst_util_set_object_arg(G_OBJECT(element), "backend", backend);
+    gst_harness_push(mesh, mesh_buffer(0));
   }
   /// As from files: every input is waited for, however long it takes on a busy machine.
   void wait_for_all() {

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "element_test.h"
+
 using namespace polyhull;
 using namespace polyhull::test;
 
@@ -74,7 +76,7 @@ int different(const Pixels& a, const Pixels& b) {
 
 }  // namespace
 
-GST_START_TEST(a_fading_picture_is_a_mix) {
+ELEMENT_TEST(a_fading_picture_is_a_mix) {
   for (const char* backend : {"processor", "gl"}) {
     const Shot shot{backend, "RGBA", true, backend == std::string("processor")};
     const Pixels none = shown(shot, 0.0f), all = shown(shot, 1.0f);
@@ -88,10 +90,9 @@ GST_START_TEST(a_fading_picture_is_a_mix) {
     }
   }
 }
-GST_END_TEST
 
 /// Where one fades the other stays, and is seen through it.
-GST_START_TEST(one_of_two_fades) {
+ELEMENT_TEST(one_of_two_fades) {
   for (const char* backend : {"processor", "gl"}) {
     const Shot shot{backend, "RGBA", true, false};
     const Pixels both = shown(shot, 1.0f, 1.0f), second = shown(shot, -1.0f, 1.0f);
@@ -104,10 +105,9 @@ GST_START_TEST(one_of_two_fades) {
     fail_unless(levels <= 1, "%s: %d levels", backend, levels);
   }
 }
-GST_END_TEST
 
 /// A fill keeps its colours while its key fades.
-GST_START_TEST(the_key_fades) {
+ELEMENT_TEST(the_key_fades) {
   const Shot shot{"processor", "RGBA", false, false};
   const Pixels none = shown(shot, 0.0f), all = shown(shot, 1.0f), half = shown(shot, 0.5f);
   for (std::size_t i = 0; i < all.size(); i += 4) {
@@ -119,9 +119,8 @@ GST_START_TEST(the_key_fades) {
     }
   }
 }
-GST_END_TEST
 
-GST_START_TEST(video_fades) {
+ELEMENT_TEST(video_fades) {
   for (const char* format : {"NV12", "I420"}) {
     const Shot shot{"processor", format, true, false};
     const Pixels none = shown(shot, 0.0f), all = shown(shot, 1.0f);
@@ -130,18 +129,3 @@ GST_START_TEST(video_fades) {
     fail_unless(levels <= 2, "%s: %d levels", format, levels);
   }
 }
-GST_END_TEST
-
-static Suite* composite_fade_suite() {
-  Suite* suite = suite_create("composite's fading subjects");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, a_fading_picture_is_a_mix);
-  tcase_add_test(tests, one_of_two_fades);
-  tcase_add_test(tests, the_key_fades);
-  tcase_add_test(tests, video_fades);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_fade)

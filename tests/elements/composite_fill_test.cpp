@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "element_test.h"
+
 using namespace polyhull;
 using namespace polyhull::test;
 
@@ -90,7 +92,7 @@ constexpr const char* backends[] = {"processor", "gl"};
 
 }  // namespace
 
-GST_START_TEST(the_fill_over_grey_is_the_composite) {
+ELEMENT_TEST(the_fill_over_grey_is_the_composite) {
   for (const char* backend : backends) {
     for (const bool soft : {false, true}) {
       const Setter set = [&](GstElement* element) {
@@ -105,9 +107,8 @@ GST_START_TEST(the_fill_over_grey_is_the_composite) {
     }
   }
 }
-GST_END_TEST
 
-GST_START_TEST(a_translucent_background_stays_so) {
+ELEMENT_TEST(a_translucent_background_stays_so) {
   const Rgba glass{210, 70, 30, 100};
   for (const char* backend : backends) {
     const Pixels fill = composite_over(plain(glass), with(backend));
@@ -117,9 +118,8 @@ GST_START_TEST(a_translucent_background_stays_so) {
     fail_unless(most <= 2, "%s: %d levels", backend, most);  // below is rounded, too
   }
 }
-GST_END_TEST
 
-GST_START_TEST(premultiplied_is_straight_times_alpha) {
+ELEMENT_TEST(premultiplied_is_straight_times_alpha) {
   for (const char* backend : backends) {
     const Pixels straight = composite_over(plain(transparent), with(backend));
     const Pixels times = composite_over(plain(transparent), with(backend, "premultiplied"));
@@ -131,10 +131,9 @@ GST_START_TEST(premultiplied_is_straight_times_alpha) {
     }
   }
 }
-GST_END_TEST
 
 // An alpha of 255 means the same in either coding, and video has none.
-GST_START_TEST(opaque_pictures_have_no_key) {
+ELEMENT_TEST(opaque_pictures_have_no_key) {
   for (const char* backend : backends) {
     for (const char* format : {"RGBA", "NV12"}) {
       const Pixels a = composite_over(plain({90, 120, 60, 255}), with(backend), format);
@@ -148,9 +147,8 @@ GST_START_TEST(opaque_pictures_have_no_key) {
     }
   }
 }
-GST_END_TEST
 
-GST_START_TEST(the_key_is_the_fills_alpha) {
+ELEMENT_TEST(the_key_is_the_fills_alpha) {
   for (const char* backend : backends) {
     const Pixels fill = composite_over(plain(transparent), with(backend));
     const Pixels key = composite_over(plain(transparent), with(backend, "straight", "key"));
@@ -166,10 +164,9 @@ GST_START_TEST(the_key_is_the_fills_alpha) {
       fail_unless_equals_int(video[i], 128);
   }
 }
-GST_END_TEST
 
 // One composite's picture has its key shown by another that has no subject; set while it plays.
-GST_START_TEST(a_branch_without_subject_shows_the_key) {
+ELEMENT_TEST(a_branch_without_subject_shows_the_key) {
   const Pixels fill = composite_over(plain(transparent), with("processor"));
   Bench bench(false);
   const auto step = [&](int i) {
@@ -184,10 +181,9 @@ GST_START_TEST(a_branch_without_subject_shows_the_key) {
   with("processor")(bench.element);
   fail_unless(step(2) == fill);
 }
-GST_END_TEST
 
 // What a lens blurs, bends and darkens has a fill and key, too.
-GST_START_TEST(a_lens_has_a_fill) {
+ELEMENT_TEST(a_lens_has_a_fill) {
   const struct {
     const char *name, *value;
   } lenses[] = {{"distortion-k1", "-0.2"}, {"aperture", "60"}, {"falloff-a1", "-0.5"}};
@@ -204,21 +200,3 @@ GST_START_TEST(a_lens_has_a_fill) {
     fail_unless(most <= 1, "%s: %d levels", lens.name, most);
   }
 }
-GST_END_TEST
-
-static Suite* composite_fill_suite() {
-  Suite* suite = suite_create("composite's fill and key");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  tcase_add_test(tests, the_fill_over_grey_is_the_composite);
-  tcase_add_test(tests, a_translucent_background_stays_so);
-  tcase_add_test(tests, premultiplied_is_straight_times_alpha);
-  tcase_add_test(tests, opaque_pictures_have_no_key);
-  tcase_add_test(tests, the_key_is_the_fills_alpha);
-  tcase_add_test(tests, a_branch_without_subject_shows_the_key);
-  tcase_add_test(tests, a_lens_has_a_fill);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_fill)

@@ -9,6 +9,7 @@
 
 #include "box_views.h"
 #include "composite_bench.h"
+#include "element_test.h"
 #include "hull/build/stage.h"
 #include "hull/camera_contours.h"
 
@@ -101,7 +102,7 @@ double levels_apart(const std::vector<std::uint8_t>& a, const std::vector<std::u
 
 }  // namespace
 
-GST_START_TEST(test_draws_what_the_mesh_shows) {
+ELEMENT_TEST(test_draws_what_the_mesh_shows) {
   const Mesh whole = box_mesh(true), views = box_mesh(false);
   ImageBench by_mesh("mesh"), by_image("image-based");
   const auto wanted = by_mesh.draw(whole, whole), drawn = by_image.draw(views, views);
@@ -118,9 +119,8 @@ GST_START_TEST(test_draws_what_the_mesh_shows) {
   ImageBench both("image-based");
   fail_unless(both.draw(whole, whole) == drawn);
 }
-GST_END_TEST
 
-GST_START_TEST(test_switches_while_playing) {
+ELEMENT_TEST(test_switches_while_playing) {
   const Mesh whole = box_mesh(true), views = box_mesh(false);
   ImageBench bench("image-based");
   const auto by_image = bench.draw(whole, whole);
@@ -136,9 +136,8 @@ GST_START_TEST(test_switches_while_playing) {
   bench.set("subject", "image-based");
   fail_unless(bench.draw(views, views) == by_image);
 }
-GST_END_TEST
 
-GST_START_TEST(test_what_is_empty_stays_empty) {
+ELEMENT_TEST(test_what_is_empty_stays_empty) {
   ImageBench bench("image-based");
   const Mesh views = box_mesh(false);
   Mesh one_empty = views, none;
@@ -151,9 +150,8 @@ GST_START_TEST(test_what_is_empty_stays_empty) {
   fail_unless(changed(bench.draw(views, views)) > 500);
   fail_unless(bench.warnings().empty());
 }
-GST_END_TEST
 
-GST_START_TEST(test_hostile_contours_do_no_harm) {
+ELEMENT_TEST(test_hostile_contours_do_no_harm) {
   ImageBench bench("image-based");
   const Mesh views = box_mesh(false);
   Mesh point = views, thin = views, wild = views;
@@ -168,9 +166,8 @@ GST_START_TEST(test_hostile_contours_do_no_harm) {
   bench.draw(wild, views);
   fail_unless(changed(bench.draw(views, views)) > 500);
 }
-GST_END_TEST
 
-GST_START_TEST(test_opengl_draws_the_triangles_and_says_so) {
+ELEMENT_TEST(test_opengl_draws_the_triangles_and_says_so) {
   const Mesh whole = box_mesh(true);
   ImageBench bench("image-based", "gl"), by_mesh("mesh", "gl");
   fail_unless(bench.draw(whole, whole) == by_mesh.draw(whole, whole));
@@ -183,18 +180,3 @@ GST_START_TEST(test_opengl_draws_the_triangles_and_says_so) {
   fail_unless_equals_uint64(statistic(chosen.element, "drawn-by-processor"), 1);
   fail_unless(chosen.warnings().empty());
 }
-GST_END_TEST
-
-static Suite* composite_image_suite() {
-  Suite* suite = suite_create("composite_image");
-  TCase* tc = tcase_create("general");
-  tcase_add_test(tc, test_draws_what_the_mesh_shows);
-  tcase_add_test(tc, test_switches_while_playing);
-  tcase_add_test(tc, test_what_is_empty_stays_empty);
-  tcase_add_test(tc, test_hostile_contours_do_no_harm);
-  tcase_add_test(tc, test_opengl_draws_the_triangles_and_says_so);
-  suite_add_tcase(suite, tc);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_image)

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/srgb.h"
+#include "element_test.h"
 #include "scene/announcement.h"
 
 using namespace polyhull;
@@ -115,7 +116,7 @@ void check_distorted(const Pixels& pixels) {
 
 }  // namespace
 
-GST_START_TEST(test_set_lens_distorts) {
+ELEMENT_TEST(test_set_lens_distorts) {
   LensBench bench;
   const Pixels plain = shown(bench, 0);
   fail_unless(count_of(bench.element, "through-lens") == 0);
@@ -126,10 +127,9 @@ GST_START_TEST(test_set_lens_distorts) {
   fail_unless(shown(bench, 2) == plain, "the lens left something behind");
   fail_unless(count_of(bench.element, "through-lens") == 1);
 }
-GST_END_TEST;
 
 /// With a lens, too, a viewport that is none for a moment leaves the last one.
-GST_START_TEST(test_impossible_viewport_leaves_the_last_one) {
+ELEMENT_TEST(test_impossible_viewport_leaves_the_last_one) {
   LensBench bench;
   set_distortion(bench.element, bench_camera().distortion);
   const Pixels before = shown(bench, 0);
@@ -137,11 +137,10 @@ GST_START_TEST(test_impossible_viewport_leaves_the_last_one) {
   for (int i = 1; i < 3; ++i) fail_unless(shown(bench, i) == before, "frame %d", i);
   fail_unless(count_of(bench.element, "viewports-unusable") == 2);
 }
-GST_END_TEST;
 
 /// A distortion that no lens has is said, once, and the stream goes on: what it has no place for stays
 /// the background's.
-GST_START_TEST(test_no_lens_is_said) {
+ELEMENT_TEST(test_no_lens_is_said) {
   LensBench bench;
   const Pixels plain = shown(bench, 0);
   int frame = 0;
@@ -157,26 +156,20 @@ GST_START_TEST(test_no_lens_is_said) {
   check_distorted(shown(bench, ++frame));
   fail_unless_equals_uint64(count_of(bench.element, "viewports-unusable"), 1);
 }
-GST_END_TEST;
 
 void announce(Bench& bench, const Announcement& announcement) {
-  gst_harness_push_event(
-      bench.background,
-      gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                           gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                                             announcement_to_json(announcement).c_str(), nullptr)));
+  gst_harness_push_event(bench.background, announcement_event(announcement_to_json(announcement)));
 }
 
-GST_START_TEST(test_announced_lens_distorts) {
+ELEMENT_TEST(test_announced_lens_distorts) {
   LensBench bench;
   Announcement announcement;
   announcement.viewport = bench_camera();
   announce(bench, announcement);
   check_distorted(shown(bench, 0));
 }
-GST_END_TEST;
 
-GST_START_TEST(test_video_output_through_the_lens) {
+ELEMENT_TEST(test_video_output_through_the_lens) {
   LensBench bench;
   set_distortion(bench.element, bench_camera().distortion);
   gst_harness_set_sink_caps_str(bench.background, "video/x-raw,format=I420");
@@ -195,7 +188,6 @@ GST_START_TEST(test_video_output_through_the_lens) {
   fail_unless(box.apart(box_of_subject(bench_camera())) < 2.5, "(%g %g %g %g)", box.left, box.top,
               box.right, box.bottom);
 }
-GST_END_TEST;
 
 /// How many pixels differ.
 int changed(const Pixels& a, const Pixels& b) {
@@ -213,7 +205,7 @@ int touched(const Pixels& pixels) {
 
 // Out of focus the subject is wider than in focus, by its disk on both sides; where the lens is
 // tracked, by that lens.
-GST_START_TEST(test_depth_of_field) {
+ELEMENT_TEST(test_depth_of_field) {
   LensBench bench;
   const Pixels plain = shown(bench, 0);
   g_object_set(bench.element, "aperture", 100.0, "focus-distance", 4.0, nullptr);
@@ -232,9 +224,8 @@ GST_START_TEST(test_depth_of_field) {
   g_object_set(bench.element, "aperture", 0.0, nullptr);
   fail_unless(shown(bench, 4) == plain, "there is no lens");
 }
-GST_END_TEST;
 
-GST_START_TEST(test_depth_of_field_of_a_tracked_lens) {
+ELEMENT_TEST(test_depth_of_field_of_a_tracked_lens) {
   const auto frame_with = [](double aperture, double set) {
     LensBench bench;
     gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", "subject");
@@ -250,10 +241,9 @@ GST_START_TEST(test_depth_of_field_of_a_tracked_lens) {
   fail_unless(changed(none, tracked) > 300, "%d", changed(none, tracked));
   fail_unless(tracked == frame_with(0.0, 50.0), "the same lens, set");
 }
-GST_END_TEST;
 
 // A frame is drawn in two parts where the lens blurs, but made ready and counted once.
-GST_START_TEST(test_blur_makes_ready_and_counts_once) {
+ELEMENT_TEST(test_blur_makes_ready_and_counts_once) {
   constexpr const char* counts[] = {"drawn",           "pictures-uploaded", "mesh-reused",
                                     "subject-skipped", "shadow-skipped",    "mirror-skipped"};
   for (const char* backend : {"processor", "gl"}) {
@@ -284,7 +274,6 @@ GST_START_TEST(test_blur_makes_ready_and_counts_once) {
                   backend, counts[i], blurred[i], sharp[i]);
   }
 }
-GST_END_TEST;
 
 /// Looks past the subject by a degree and a half more with each frame: 5 pixels.
 void turn(Bench& bench, int i) {
@@ -292,7 +281,7 @@ void turn(Bench& bench, int i) {
 }
 
 // The viewport's motion blurs, standing still and off are as ever, to the bit, on both backends.
-GST_START_TEST(test_motion_blur) {
+ELEMENT_TEST(test_motion_blur) {
   for (const char* backend : {"processor", "gl"}) {
     const auto frames = [backend](const char* range, double angle) {
       LensBench bench;
@@ -319,10 +308,9 @@ GST_START_TEST(test_motion_blur) {
     fail_unless(whole > half + 150 && whole < half + 600, "%d, open for half %d", whole, half);
   }
 }
-GST_END_TEST;
 
 // What moves through a picture with distortion moves as without, and stays where it is on the whole.
-GST_START_TEST(test_motion_blur_through_distortion) {
+ELEMENT_TEST(test_motion_blur_through_distortion) {
   const auto second = [](const char* range, bool first = true) {
     LensBench bench;
     set_distortion(bench.element, bench_camera().distortion);
@@ -353,10 +341,9 @@ GST_START_TEST(test_motion_blur_through_distortion) {
   fail_unless(std::abs(middle(blurred) - middle(sharp)) < 0.3, "%g, sharp %g", middle(blurred),
               middle(sharp));
 }
-GST_END_TEST;
 
 // The shutter is open for a frame's time, however long ago the last frame was; another camera and a flush are cuts.
-GST_START_TEST(test_motion_blur_over_gaps_and_cuts) {
+ELEMENT_TEST(test_motion_blur_over_gaps_and_cuts) {
   const auto second = [](int number, double target, bool flush) {
     LensBench bench;
     gst_util_set_object_arg(G_OBJECT(bench.element), "motion-blur", "subject");
@@ -387,10 +374,9 @@ GST_START_TEST(test_motion_blur_over_gaps_and_cuts) {
   fail_unless_equals_int(second(1, -3.0, false).second, 0);
   fail_unless_equals_int(second(1, 0.95, true).second, 0);
 }
-GST_END_TEST;
 
 // A camera of another name is another one, however near it stands.
-GST_START_TEST(test_motion_blur_knows_cameras_apart) {
+ELEMENT_TEST(test_motion_blur_knows_cameras_apart) {
   for (const bool other : {false, true}) {
     LensBench bench;
     gst_util_set_object_arg(G_OBJECT(bench.element), "motion-blur", "subject");
@@ -406,10 +392,9 @@ GST_START_TEST(test_motion_blur_knows_cameras_apart) {
     fail_unless_equals_uint64(count_of(bench.element, "motion-blurred"), other ? 0 : 1);
   }
 }
-GST_END_TEST;
 
 // A background whose depth nobody knows is blurred as if it were without end, and a warning says so.
-GST_START_TEST(test_blur_without_a_scene_warns) {
+ELEMENT_TEST(test_blur_without_a_scene_warns) {
   LensBench bench;
   gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", "subject");
   g_object_set(bench.element, "aperture", 50.0, nullptr);
@@ -422,11 +407,10 @@ GST_START_TEST(test_blur_without_a_scene_warns) {
   shown(bench, 2);
   fail_unless_equals_int(count_of(bench.element, "lens-without-scene"), 1);
 }
-GST_END_TEST;
 
 // Grain and fall-off reach pictures without any subject, depend on the frame's time alone, and stay off
 // where they are off.
-GST_START_TEST(test_sensor_without_a_mesh) {
+ELEMENT_TEST(test_sensor_without_a_mesh) {
   const auto frames = [](double grain, double a1, int first) {
     Bench bench(false);
     g_object_set(bench.element, "grain", grain, "falloff-a1", a1, nullptr);
@@ -447,9 +431,8 @@ GST_START_TEST(test_sensor_without_a_mesh) {
   fail_unless_equals_int(dark[0][middle], grey);
   fail_unless(dark[0][0] < grey - 20, "%d", dark[0][0]);
 }
-GST_END_TEST;
 
-GST_START_TEST(test_absurd_lens_is_survived) {
+ELEMENT_TEST(test_absurd_lens_is_survived) {
   LensBench bench;
   for (int i = 0; i < 3; ++i) {
     set_distortion(bench.element, {i == 0 ? 10.0 : -10.0, i == 1 ? -10.0 : 10.0, -10, 10, -10});
@@ -468,36 +451,7 @@ GST_START_TEST(test_absurd_lens_is_survived) {
   }
   // What is no lens at all is left out, and counted.
   for (const char* json : {"{\"format\":\"polyhull-announcement\",\"aperture\":-1}", "[]", "nan"})
-    gst_harness_push_event(bench.background,
-                           gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                                                gst_structure_new("polyhull-announcement", "json",
-                                                                  G_TYPE_STRING, json, nullptr)));
+    gst_harness_push_event(bench.background, announcement_event(json));
   shown(bench, 7);
   fail_unless(count_of(bench.element, "announcements-unusable") > 0);
 }
-GST_END_TEST;
-
-static Suite* composite_lens_suite(void) {
-  Suite* suite = suite_create("composite_lens");
-  TCase* tcase = tcase_create("general");
-  tcase_set_timeout(tcase, 120);
-  tcase_add_test(tcase, test_set_lens_distorts);
-  tcase_add_test(tcase, test_impossible_viewport_leaves_the_last_one);
-  tcase_add_test(tcase, test_no_lens_is_said);
-  tcase_add_test(tcase, test_announced_lens_distorts);
-  tcase_add_test(tcase, test_video_output_through_the_lens);
-  tcase_add_test(tcase, test_depth_of_field);
-  tcase_add_test(tcase, test_depth_of_field_of_a_tracked_lens);
-  tcase_add_test(tcase, test_blur_makes_ready_and_counts_once);
-  tcase_add_test(tcase, test_motion_blur);
-  tcase_add_test(tcase, test_motion_blur_through_distortion);
-  tcase_add_test(tcase, test_motion_blur_over_gaps_and_cuts);
-  tcase_add_test(tcase, test_motion_blur_knows_cameras_apart);
-  tcase_add_test(tcase, test_blur_without_a_scene_warns);
-  tcase_add_test(tcase, test_sensor_without_a_mesh);
-  tcase_add_test(tcase, test_absurd_lens_is_survived);
-  suite_add_tcase(suite, tcase);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_lens);

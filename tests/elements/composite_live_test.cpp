@@ -8,6 +8,7 @@
 #include <mutex>
 #include <vector>
 
+#include "element_test.h"
 #include "support/run_kind.h"
 
 using namespace polyhull;
@@ -161,7 +162,7 @@ void expect_prompt(const Feed& feed, int offset = 0) {
 
 }  // namespace
 
-GST_START_TEST(a_frame_leaves_as_soon_as_its_mesh_is_there) {
+ELEMENT_TEST(a_frame_leaves_as_soon_as_its_mesh_is_there) {
   Feed feed;
   expect_prompt(feed);
   feed.phase = 3 * GST_MSECOND;  // less than what counts as the same instant
@@ -174,9 +175,8 @@ GST_START_TEST(a_frame_leaves_as_soon_as_its_mesh_is_there) {
   feed.phase = 15 * GST_MSECOND;
   expect_prompt(feed, -1);
 }
-GST_END_TEST
 
-GST_START_TEST(meshes_of_any_length_do) {
+ELEMENT_TEST(meshes_of_any_length_do) {
   Feed feed;
   feed.length = GST_CLOCK_TIME_NONE;
   expect_prompt(feed);
@@ -191,10 +191,9 @@ GST_START_TEST(meshes_of_any_length_do) {
   feed.pads = 3;
   expect_prompt(feed);
 }
-GST_END_TEST
 
 /// A mesh that does not come holds its own frame up until the deadline, and no other.
-GST_START_TEST(a_mesh_that_does_not_come_costs_one_wait) {
+ELEMENT_TEST(a_mesh_that_does_not_come_costs_one_wait) {
   Feed feed;
   feed.missing = {20};
   LiveBench bench(feed);
@@ -207,10 +206,9 @@ GST_START_TEST(a_mesh_that_does_not_come_costs_one_wait) {
   // It is waited for as long as meshes have been late, and 6 ms; others may keep the machine busy.
   fail_unless(late >= 25.0 && (!in_time || late <= 250.0), "%.1f ms", late);
 }
-GST_END_TEST
 
 /// The latency that is reported: what is waited for and what drawing takes, the start apart.
-GST_START_TEST(the_latency_holds_the_work) {
+ELEMENT_TEST(the_latency_holds_the_work) {
   LiveBench bench(Feed{});
   // In the room, with shadow and mirror image, drawing takes longer than latencies are rounded.
   g_object_set(bench.element, "scene", "builtin:room", "eye-x", 1.35, "eye-y", 1.5, "eye-z", 2.34,
@@ -239,18 +237,3 @@ GST_START_TEST(the_latency_holds_the_work) {
   fail_unless(!in_time || late <= static_cast<int>(bench.left.size() / 5),
               "%d frames left later than the %.1f ms said", late, latency);
 }
-GST_END_TEST
-
-static Suite* composite_live_suite() {
-  Suite* suite = suite_create("composite in real time");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, a_frame_leaves_as_soon_as_its_mesh_is_there);
-  tcase_add_test(tests, meshes_of_any_length_do);
-  tcase_add_test(tests, a_mesh_that_does_not_come_costs_one_wait);
-  tcase_add_test(tests, the_latency_holds_the_work);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_live)

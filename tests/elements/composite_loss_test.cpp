@@ -10,6 +10,8 @@
 // After epoxy's header.
 #include <gst/gl/gl.h>
 
+#include "element_test.h"
+
 using namespace polyhull;
 using namespace polyhull::test;
 using polyhull::testing::SayGlError;
@@ -85,7 +87,7 @@ void check_the_processor_goes_on(LossBench& bench, const char* reason) {
 
 }  // namespace
 
-GST_START_TEST(the_processor_goes_on_without_the_context) {
+ELEMENT_TEST(the_processor_goes_on_without_the_context) {
   LossBench bench("gl");
   const std::vector<std::uint8_t> wanted = drawn_by_processor(), before = bench.picture(0);
   fail_unless(before != wanted);  // by OpenGL
@@ -97,9 +99,8 @@ GST_START_TEST(the_processor_goes_on_without_the_context) {
   fail_unless_equals_uint64(statistic(bench.element, "drawn-by-processor"), 3);
   fail_unless(bench.warning().empty());  // said once
 }
-GST_END_TEST
 
-GST_START_TEST(the_processor_goes_on_without_memory) {
+ELEMENT_TEST(the_processor_goes_on_without_memory) {
   LossBench bench("gl");
   const std::vector<std::uint8_t> wanted = drawn_by_processor(), before = bench.picture(0);
   {
@@ -109,10 +110,9 @@ GST_START_TEST(the_processor_goes_on_without_memory) {
   fail_unless(bench.picture(2) == wanted);
   check_the_processor_goes_on(bench, "memory");
 }
-GST_END_TEST
 
 // What the warning promises: after a stop OpenGL is tried again.
-GST_START_TEST(a_new_start_tries_opengl_again) {
+ELEMENT_TEST(a_new_start_tries_opengl_again) {
   LossBench bench("gl");
   const std::vector<std::uint8_t> before = bench.picture(0);
   lose_context(bench.element);
@@ -124,9 +124,8 @@ GST_START_TEST(a_new_start_tries_opengl_again) {
   gst_harness_push(bench.mesh, mesh_buffer(0));
   fail_unless(bench.picture(0) == before);
 }
-GST_END_TEST
 
-GST_START_TEST(pictures_in_opengls_memory_end_with_an_error) {
+ELEMENT_TEST(pictures_in_opengls_memory_end_with_an_error) {
   const char subject[] =
       "hullbuild name=hull ! mix.mesh_0 "
       "rigtestsrc camera=cam0 num-buffers=3 ! silhouette camera=cam0 ! hull. "
@@ -141,18 +140,3 @@ GST_START_TEST(pictures_in_opengls_memory_end_with_an_error) {
                   ended.find("context is lost") != std::string::npos,
               "%s", ended.c_str());
 }
-GST_END_TEST
-
-static Suite* composite_loss_suite() {
-  Suite* suite = suite_create("composite without OpenGL all at once");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, the_processor_goes_on_without_the_context);
-  tcase_add_test(tests, the_processor_goes_on_without_memory);
-  tcase_add_test(tests, a_new_start_tries_opengl_again);
-  tcase_add_test(tests, pictures_in_opengls_memory_end_with_an_error);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_loss)

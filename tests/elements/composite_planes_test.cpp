@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "element_test.h"
+
 using namespace polyhull;
 using namespace polyhull::test;
 
@@ -75,7 +77,7 @@ struct Travelling {
 }  // namespace
 
 /// What scenesrc's drawing has ready saves composite work, and changes no bit.
-GST_START_TEST(takes_planes_of_its_own_view) {
+ELEMENT_TEST(takes_planes_of_its_own_view) {
   const Travelling travelling;
   guint64 taken = 0;
   const auto expected = travelling.composites(false, 0, taken);
@@ -87,7 +89,6 @@ GST_START_TEST(takes_planes_of_its_own_view) {
   fail_unless(travelling.composites(true, 1, taken) == shifted);
   fail_unless_equals_uint64(taken, 0);
 }
-GST_END_TEST
 
 namespace {
 
@@ -100,7 +101,7 @@ constexpr char subject_of_three[] =
 }  // namespace
 
 /// Through elements that pass metas on; a new size is another view.
-GST_START_TEST(planes_go_through_other_elements) {
+ELEMENT_TEST(planes_go_through_other_elements) {
   const struct {
     const char* way;
     bool same_view;
@@ -116,27 +117,13 @@ GST_START_TEST(planes_go_through_other_elements) {
         "scenesrc path=orbit num-buffers=3 light-spacing=.2 light-cache=false ! " +
         std::string(way) + " ! video/x-raw,width=320,height=180 ! mix.background " +
         subject_of_three);
-    GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
+    GstElement* mix = named(pipeline, "mix");
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     check_ended(wait_for_end(pipeline));
     const guint64 drawn = statistic(mix, "drawn");
     fail_unless(drawn >= 2, "%s", way);
     fail_unless_equals_uint64(statistic(mix, "scene-planes-taken"), same_view ? drawn : 0);
     gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(mix);
     gst_object_unref(pipeline);
   }
 }
-GST_END_TEST
-
-static Suite* composite_planes_suite() {
-  Suite* suite = suite_create("composite and planes");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  tcase_add_test(tests, takes_planes_of_its_own_view);
-  tcase_add_test(tests, planes_go_through_other_elements);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_planes)

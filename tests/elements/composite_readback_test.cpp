@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "composite_bench.h"
+#include "element_test.h"
 #include "gl_errors.h"
 
 using namespace polyhull;
@@ -89,7 +90,7 @@ std::vector<Shown> run(bool later, const char* backend = "gl") {
 
 }  // namespace
 
-GST_START_TEST(the_same_pictures_come_one_frame_later) {
+ELEMENT_TEST(the_same_pictures_come_one_frame_later) {
   const std::vector<Shown> wanted = run(false), late = run(true);
   fail_unless(wanted[0].bytes != wanted[1].bytes);
   for (std::size_t i = 0; i < 5; ++i) {
@@ -98,9 +99,8 @@ GST_START_TEST(the_same_pictures_come_one_frame_later) {
   }
   fail_unless(run(true, "processor") == run(false, "processor"));
 }
-GST_END_TEST
 
-GST_START_TEST(what_is_held_goes_before_new_caps) {
+ELEMENT_TEST(what_is_held_goes_before_new_caps) {
   ReadbackBench bench(true);
   bench.feed(0);
   fail_unless(bench.has(0));
@@ -122,9 +122,8 @@ GST_START_TEST(what_is_held_goes_before_new_caps) {
     fail_unless_equals_int(static_cast<int>(s.bytes.size()), 4 * s.width * height);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(a_flush_drops_what_is_held) {
+ELEMENT_TEST(a_flush_drops_what_is_held) {
   ReadbackBench bench(true);
   bench.feed(0);
   for (GstHarness* input : {bench.background, bench.mesh})
@@ -141,10 +140,9 @@ GST_START_TEST(a_flush_drops_what_is_held) {
   fail_unless(bench.has(1));
   fail_unless_equals_uint64(bench.shown()[0].time, frame_time(5));
 }
-GST_END_TEST
 
 // Of what OpenGL had under way nothing is left; what follows is drawn by the processor.
-GST_START_TEST(what_opengl_loses_is_left_out) {
+ELEMENT_TEST(what_opengl_loses_is_left_out) {
   ReadbackBench bench(true);
   bench.feed(0);
   {
@@ -157,7 +155,6 @@ GST_START_TEST(what_opengl_loses_is_left_out) {
   fail_unless_equals_uint64(statistic(bench.element, "drawn-by-processor"), 1);
   fail_unless_equals_uint64(statistic(bench.element, "gl-failures"), 1);
 }
-GST_END_TEST
 
 namespace {
 
@@ -174,7 +171,7 @@ double latency_of_later_pictures() {
       "silhouette camera=cam1 ! hull. ");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
+  GstElement* mix = named(pipeline, "mix");
   GstQuery* query = gst_query_new_latency();
   GstPad* pad = gst_element_get_static_pad(mix, "src");
   fail_unless(gst_pad_query(pad, query));
@@ -182,9 +179,7 @@ double latency_of_later_pictures() {
   gst_query_parse_latency(query, nullptr, &least, nullptr);
   gst_query_unref(query);
   gst_object_unref(pad);
-  gst_object_unref(mix);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   return 1e-6 * static_cast<double>(least);
 }
 
@@ -192,14 +187,13 @@ double latency_of_later_pictures() {
 
 // A frame's time in the sources, one more until its picture comes, and the drawing, which a busy
 // machine makes as long as it likes.
-GST_START_TEST(the_latency_has_the_frame_in_it) {
+ELEMENT_TEST(the_latency_has_the_frame_in_it) {
   const double later = latency_of_later_pictures();
   fail_unless(later >= 400.0, "%.1f ms", later);
 }
-GST_END_TEST
 
 // Live, a background that pauses keeps nothing back.
-GST_START_TEST(a_live_pause_lets_it_go) {
+ELEMENT_TEST(a_live_pause_lets_it_go) {
   GstElement* element =
       gst_element_factory_make_full("composite", "force-live", TRUE, "async-readback", TRUE,
                                     "eye-y", 1.2, "eye-z", 4.0, "target-y", 1.0, nullptr);
@@ -224,20 +218,3 @@ GST_START_TEST(a_live_pause_lets_it_go) {
   gst_harness_teardown(background);
   gst_object_unref(element);
 }
-GST_END_TEST
-
-static Suite* composite_readback_suite() {
-  Suite* suite = suite_create("asynchronous read-back of composite");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, the_same_pictures_come_one_frame_later);
-  tcase_add_test(tests, what_is_held_goes_before_new_caps);
-  tcase_add_test(tests, a_flush_drops_what_is_held);
-  tcase_add_test(tests, what_opengl_loses_is_left_out);
-  tcase_add_test(tests, a_live_pause_lets_it_go);
-  tcase_add_test(tests, the_latency_has_the_frame_in_it);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_readback)

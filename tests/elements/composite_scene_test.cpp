@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Scenes that a background announces and composite cannot read, or not yet; scenes that change while
 // playing.
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -12,32 +11,21 @@
 
 #include "animated_file.h"
 #include "composite_bench.h"
+#include "element_test.h"
 #include "scene/announcement.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
 
 namespace {
 
-/// A folder of this process, gone with it.
-struct Folder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() /
-                               ("polyhull_composite_scene_" + std::to_string(getpid()));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string scene(const std::string& name) const { return (path / name).string(); }
-};
-
 /// Frames with a subject, each announced.
 struct Announced : Bench {
   int number = 0;
   std::vector<Light> lights = synthetic::small_room(true).lights;
   ScenePose pose;
-  explicit Announced(const char* backend = "processor") {
-    wait_for_all();
-    gst_util_set_object_arg(G_OBJECT(element), "backend", backend);
-    gst_harness_push(mesh, mesh_buffer(0));
-  }
+  explicit Announced(const char* backend = "processor") { show_subject(backend); }
   guint64 count(const char* name) const { return test::statistic(element, name); }
   std::vector<std::uint8_t> show(const std::string& scene, int version = 0) {
     Announcement announcement;
@@ -46,11 +34,7 @@ struct Announced : Bench {
     announcement.scene_version = version;
     announcement.lights = lights;
     announcement.pose = pose;
-    gst_harness_push_event(
-        background, gst_event_new_custom(
-                        GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                        gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                                          announcement_to_json(announcement).c_str(), nullptr)));
+    gst_harness_push_event(background, announcement_event(announcement_to_json(announcement)));
     ++number;
     return bytes_taken(step(frame(frame_time(number - 1)), mesh_buffer(frame_time(number))));
   }
@@ -104,28 +88,27 @@ struct Own : Bench {
 }  // namespace
 
 // While a file is announced that cannot be read, the scene before it stays as it is, read once.
-GST_START_TEST(the_last_scene_stays) {
+ELEMENT_TEST(the_last_scene_stays) {
   const Folder folder;
-  save_scene(synthetic::small_room(true), folder.scene("good.glb"));
+  save_scene(synthetic::small_room(true), folder.file("good.glb"));
   Announced bench;
-  for (int i = 0; i < 2; ++i) bench.show(folder.scene("good.glb"));
+  for (int i = 0; i < 2; ++i) bench.show(folder.file("good.glb"));
   fail_unless_equals_uint64(bench.count("scene-depth-reused"), 1);
   // Even its file may go.
-  std::filesystem::remove(folder.scene("good.glb"));
-  for (int i = 0; i < 3; ++i) bench.show(folder.scene("missing.glb"));
+  std::filesystem::remove(folder.file("good.glb"));
+  for (int i = 0; i < 3; ++i) bench.show(folder.file("missing.glb"));
   fail_unless_equals_uint64(bench.count("announcements-unusable"), 3);
   fail_unless_equals_uint64(bench.count("drawn"), 5);
   fail_unless_equals_uint64(bench.count("scene-depth-reused"), 4);
-  bench.show(folder.scene("good.glb"));
+  bench.show(folder.file("good.glb"));
   fail_unless_equals_uint64(bench.count("announcements"), 3);
   fail_unless_equals_uint64(bench.count("scene-depth-reused"), 5);
 }
-GST_END_TEST;
 
 // A file that could not be read is read again when it has changed, not before.
-GST_START_TEST(a_file_that_changes_is_tried_again) {
+ELEMENT_TEST(a_file_that_changes_is_tried_again) {
   const Folder folder;
-  const std::string name = folder.scene("late.glb");
+  const std::string name = folder.file("late.glb");
   Announced bench;
   bench.show(name);
   fail_unless_equals_uint64(bench.count("announcements-unusable"), 1);
@@ -142,13 +125,12 @@ GST_START_TEST(a_file_that_changes_is_tried_again) {
   fail_unless_equals_uint64(bench.count("announcements-unusable"), 3);
   fail_unless_equals_uint64(bench.count("announcements"), 1);
 }
-GST_END_TEST;
 
 // A scene is loaded beside from the first question on, and gives the picture that it gives alone; of
 // the last two there is a way back at once, others are let go.
-GST_START_TEST(what_is_asked_for_is_loaded_beside) {
+ELEMENT_TEST(what_is_asked_for_is_loaded_beside) {
   const Folder folder;
-  const std::string a = folder.scene("a.glb"), b = folder.scene("b.glb"), c = folder.scene("c.glb");
+  const std::string a = folder.file("a.glb"), b = folder.file("b.glb"), c = folder.file("c.glb");
   save_room(a, 1.0f);
   save_room(b, 0.8f);
   save_room(c, 0.7f);
@@ -169,16 +151,15 @@ GST_START_TEST(what_is_asked_for_is_loaded_beside) {
   fail_if(bench.is_ready(a));
   fail_unless(bench.show(a) == of_a, "what is under way is waited for");
   // Of a file that is not there nothing is awaited.
-  bench.is_ready(folder.scene("missing.glb"));
-  bench.wait_until_ready(folder.scene("missing.glb"));
+  bench.is_ready(folder.file("missing.glb"));
+  bench.wait_until_ready(folder.file("missing.glb"));
   fail_unless_equals_uint64(bench.count("announcements-unusable"), 0);
 }
-GST_END_TEST;
 
 // Of another version a file is read again, and not otherwise.
-GST_START_TEST(a_file_written_anew_is_read_again) {
+ELEMENT_TEST(a_file_written_anew_is_read_again) {
   const Folder folder;
-  const std::string a = folder.scene("a.glb");
+  const std::string a = folder.file("a.glb");
   save_room(a, 1.0f);
   Announced bench;
   const auto before = bench.show(a);
@@ -187,11 +168,10 @@ GST_START_TEST(a_file_written_anew_is_read_again) {
   fail_unless(bench.show(a, 1) == alone(a));
   fail_unless(bench.show(a, 0) == before, "the one before is kept");
 }
-GST_END_TEST;
 
 // A lamp that is seen hides and shades where it is announced to be, and no longer where the file has it:
 // the picture is that of a file with the lamp there.
-GST_START_TEST(lamps_are_where_they_are_announced) {
+ELEMENT_TEST(lamps_are_where_they_are_announced) {
   const Folder folder;
   Scene room = synthetic::small_room(true);
   Light lamp{"lamp", {0.3f, 1.9f, 0.5f}, {0.3f, 0, 0}, {0, 0, 0.3f}, Vec3f(14.0f), -1};
@@ -210,19 +190,19 @@ GST_START_TEST(lamps_are_where_they_are_announced) {
     mesh.triangles = {0, 1, 2, 0, 2, 3};
     scene.meshes.push_back(mesh);
     scene.lights.clear();
-    save_scene(scene, folder.scene(name));
-    return load_scene(folder.scene(name)).lights;
+    save_scene(scene, folder.file(name));
+    return load_scene(folder.file(name)).lights;
   };
   Announced at_once, moving;
   moving.lights = save_with("low.glb");
   lamp.centre = {0.1f, 2.4f, 0.6f};  // right above, so that the other would be before it
   at_once.lights = save_with("high.glb");
   fail_unless(moving.lights.size() == 1 && moving.lights[0].mesh >= 0);
-  const auto low = moving.show(folder.scene("low.glb"));
-  const auto high = at_once.show(folder.scene("high.glb"));
+  const auto low = moving.show(folder.file("low.glb"));
+  const auto high = at_once.show(folder.file("high.glb"));
   const Light before = moving.lights[0];
   moving.lights[0].centre = lamp.centre;
-  const auto moved = moving.show(folder.scene("low.glb"));
+  const auto moved = moving.show(folder.file("low.glb"));
   const auto apart = [](const auto& a, const auto& b) {
     int count = 0;
     for (std::size_t i = 0; i < a.size(); ++i) count += std::abs(a[i] - b[i]) > 2;
@@ -230,12 +210,11 @@ GST_START_TEST(lamps_are_where_they_are_announced) {
   };
   fail_unless(apart(low, high) > 1000);
   fail_unless(apart(moved, high) < 20, "%d", apart(moved, high));
-  fail_unless(moving.show(folder.scene("low.glb")) == moved);
+  fail_unless(moving.show(folder.file("low.glb")) == moved);
   fail_unless(moving.count("scene-depth-reused") >= 1);
   moving.lights[0] = before;
-  fail_unless(moving.show(folder.scene("low.glb")) == low);
+  fail_unless(moving.show(folder.file("low.glb")) == low);
 }
-GST_END_TEST;
 
 // A door that closes hides the subject and takes its shadow: as in a file in which it is closed.
 static void check_nodes(const char* backend) {
@@ -249,8 +228,8 @@ static void check_nodes(const char* backend) {
     door.normals.assign(4, Vec3f(0, 0, 1));
     door.triangles = {0, 1, 2, 0, 2, 3};
     scene.meshes.push_back(door);
-    save_scene(scene, folder.scene(name));
-    return folder.scene(name);
+    save_scene(scene, folder.file(name));
+    return folder.file(name);
   };
   const std::string open = save_with_door("open.glb", 1.5f);
   const auto of_open = alone(open, backend),
@@ -279,28 +258,26 @@ static void check_nodes(const char* backend) {
   fail_unless_equals_uint64(animated.count("announcements-unusable"), 1);
 }
 
-GST_START_TEST(nodes_are_where_they_are_announced) {
+ELEMENT_TEST(nodes_are_where_they_are_announced) {
   check_nodes("processor");
 }
-GST_END_TEST;
 
-GST_START_TEST(nodes_are_where_they_are_announced_by_gl) {
+ELEMENT_TEST(nodes_are_where_they_are_announced_by_gl) {
   check_nodes("gl");
 }
-GST_END_TEST;
 
 // Mirrors are chosen by the scene's names, from the next frame on.
-GST_START_TEST(mirrors_are_chosen_by_name) {
+ELEMENT_TEST(mirrors_are_chosen_by_name) {
   const Folder folder;
   Scene room = synthetic::small_room(true);
   fail_unless_equals_int(room.mirrors.size(), 1);
   room.meshes[static_cast<std::size_t>(room.mirrors[0].meshes[0])].name = "wet floor";
-  save_scene(room, folder.scene("room.glb"));
+  save_scene(room, folder.file("room.glb"));
   Announced bench;
   const auto mirrors = [&](const char* choice) {
     g_object_set(bench.element, "mirrors", choice, nullptr);
     const guint64 before = bench.count("mirrors");
-    bench.show(folder.scene("room.glb"));
+    bench.show(folder.file("room.glb"));
     return bench.count("mirrors") - before;
   };
   fail_unless_equals_uint64(mirrors("auto"), 1);
@@ -310,12 +287,11 @@ GST_START_TEST(mirrors_are_chosen_by_name) {
   for (int i = 0; i < 3; ++i) fail_unless_equals_uint64(mirrors("lake"), 0);
   fail_unless_equals_uint64(bench.count("mirrors-missing"), 1);
 }
-GST_END_TEST;
 
 // The property's scene: not live it is there with the next frame, live the last one goes on until then.
-GST_START_TEST(the_propertys_scene_changes) {
+ELEMENT_TEST(the_propertys_scene_changes) {
   const Folder folder;
-  const std::string a = folder.scene("a.glb"), b = folder.scene("b.glb");
+  const std::string a = folder.file("a.glb"), b = folder.file("b.glb");
   save_room(a, 1.0f);
   save_room(b, 0.8f);
   std::vector<std::uint8_t> of_a, of_b, of_none;
@@ -328,7 +304,7 @@ GST_START_TEST(the_propertys_scene_changes) {
     bench.set(b);
     of_b = bench.next();
     fail_unless(of_a != of_b && of_a != of_none);
-    bench.set(folder.scene("missing.glb"));
+    bench.set(folder.file("missing.glb"));
     for (int i = 0; i < 2; ++i) fail_unless(bench.next() == of_b);
     fail_unless_equals_uint64(statistic(bench.element, "scenes-unusable"), 1);
     bench.set(a);
@@ -353,23 +329,3 @@ GST_START_TEST(the_propertys_scene_changes) {
   live.set(a);
   fail_unless(live.next() == of_a, "the one before is there at once");
 }
-GST_END_TEST;
-
-static Suite* composite_scene_suite(void) {
-  Suite* suite = suite_create("composite_scene");
-  TCase* tcase = tcase_create("general");
-  tcase_set_timeout(tcase, 120);
-  tcase_add_test(tcase, the_last_scene_stays);
-  tcase_add_test(tcase, a_file_that_changes_is_tried_again);
-  tcase_add_test(tcase, what_is_asked_for_is_loaded_beside);
-  tcase_add_test(tcase, a_file_written_anew_is_read_again);
-  tcase_add_test(tcase, lamps_are_where_they_are_announced);
-  tcase_add_test(tcase, nodes_are_where_they_are_announced);
-  tcase_add_test(tcase, nodes_are_where_they_are_announced_by_gl);
-  tcase_add_test(tcase, mirrors_are_chosen_by_name);
-  tcase_add_test(tcase, the_propertys_scene_changes);
-  suite_add_tcase(suite, tcase);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_scene);

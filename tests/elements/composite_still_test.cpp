@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "composite_bench.h"
+#include "element_test.h"
 #include "played.h"
 #include "small_scene.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -16,11 +18,7 @@ using namespace polyhull::test;
 namespace {
 
 struct StillBench : Bench {
-  explicit StillBench(const char* backend) {
-    wait_for_all();
-    gst_util_set_object_arg(G_OBJECT(element), "backend", backend);
-    gst_harness_push(mesh, mesh_buffer(0));
-  }
+  explicit StillBench(const char* backend) { show_subject(backend); }
   /// The frame \p i made of \p picture: its bytes.
   std::vector<std::uint8_t> draw(int i, GstBuffer* picture) {
     GST_BUFFER_PTS(picture) = frame_time(i);
@@ -33,7 +31,7 @@ constexpr guint64 most = 4 * width * height;
 
 }  // namespace
 
-GST_START_TEST(shared_memory_is_uploaded_once) {
+ELEMENT_TEST(shared_memory_is_uploaded_once) {
   StillBench bench("gl");
   GstBuffer* still = frame(0);
   const std::vector<std::uint8_t> wanted = bench.draw(0, frame(0));
@@ -52,9 +50,8 @@ GST_START_TEST(shared_memory_is_uploaded_once) {
   StillBench fresh("gl");
   fail_unless(fresh.draw(0, still) == other);
 }
-GST_END_TEST
 
-GST_START_TEST(equal_frames_are_uploaded_once) {
+ELEMENT_TEST(equal_frames_are_uploaded_once) {
   StillBench bench("gl");
   const std::vector<std::uint8_t> wanted = bench.draw(0, frame(0));
   const guint64 once = bench.uploaded();
@@ -63,18 +60,16 @@ GST_START_TEST(equal_frames_are_uploaded_once) {
   fail_unless(bench.draw(2, frame(0)) == wanted);
   fail_unless_equals_uint64(bench.uploaded(), once);
 }
-GST_END_TEST
 
-GST_START_TEST(the_processor_uploads_nothing) {
+ELEMENT_TEST(the_processor_uploads_nothing) {
   StillBench bench("processor");
   bench.draw(0, frame(0));
   bench.draw(1, frame(0));
   fail_unless_equals_uint64(bench.uploaded(), 0);
   fail_unless_equals_uint64(statistic(bench.element, "bytes-uploaded"), 0);
 }
-GST_END_TEST
 
-GST_START_TEST(pixels_are_counted) {
+ELEMENT_TEST(pixels_are_counted) {
   for (const char* backend : {"processor", "gl"}) {
     StillBench bench(backend);
     guint64 changed = 0;
@@ -92,11 +87,10 @@ GST_START_TEST(pixels_are_counted) {
                 static_cast<int>(shaded), static_cast<int>(changed));
   }
 }
-GST_END_TEST
 
 // scenesrc sends the memory of a picture that stands still with each frame: who draws into it, or into what
 // it was converted to, draws over what was drawn before, and the shadow becomes darker and darker.
-GST_START_TEST(what_a_source_sends_again_is_not_drawn_into) {
+ELEMENT_TEST(what_a_source_sends_again_is_not_drawn_into) {
   const int frames = at_length() ? 17 : 3;  // of each kind: 200 in all
   const Folder folder;
   const std::string scene = write_small_scene(folder.file("scene.glb"));
@@ -144,18 +138,3 @@ GST_START_TEST(what_a_source_sends_again_is_not_drawn_into) {
   }
   gst_buffer_unref(still);
 }
-GST_END_TEST
-
-static Suite* composite_still_suite() {
-  Suite* suite = suite_create("composite_still");
-  TCase* tc = tcase_create("general");
-  tcase_add_test(tc, shared_memory_is_uploaded_once);
-  tcase_add_test(tc, equal_frames_are_uploaded_once);
-  tcase_add_test(tc, the_processor_uploads_nothing);
-  tcase_add_test(tc, what_a_source_sends_again_is_not_drawn_into);
-  tcase_add_test(tc, pixels_are_counted);
-  suite_add_tcase(suite, tc);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_still)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // composite as a member of a stream: size changes, seeks, latency, live sources, no display.
-#include <gst/check/gstcheck.h>
 #include <gst/check/gstharness.h>
 #include <gst/video/video.h>
 
@@ -10,6 +9,7 @@
 #include "element_checks.h"
 
 using namespace polyhull;
+using namespace polyhull::test;
 
 namespace {
 
@@ -29,7 +29,7 @@ GstBuffer* frame(int width, int height, int number) {
 
 }  // namespace
 
-GST_START_TEST(takes_a_new_size_in_the_stream) {
+ELEMENT_TEST(takes_a_new_size_in_the_stream) {
   GstElement* element = gst_element_factory_make("composite", nullptr);
   GstHarness* harness = gst_harness_new_with_element(element, "background", "src");
   const struct {
@@ -59,9 +59,8 @@ GST_START_TEST(takes_a_new_size_in_the_stream) {
   gst_harness_teardown(harness);
   gst_object_unref(element);
 }
-GST_END_TEST
 
-GST_START_TEST(survives_seeks) {
+ELEMENT_TEST(survives_seeks) {
   GstElement* pipeline = test::parse("videotestsrc num-buffers=100 ! " + caps_of(160, 90) +
                                      " ! mix.background composite name=mix ! fakesink sync=false");
   gst_element_set_state(pipeline, GST_STATE_PAUSED);
@@ -83,12 +82,10 @@ GST_START_TEST(survives_seeks) {
   }
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   test::check_ended(test::wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(tells_the_latency_of_a_live_stream) {
+ELEMENT_TEST(tells_the_latency_of_a_live_stream) {
   GstElement* pipeline = test::parse(
       "videotestsrc is-live=true num-buffers=20 ! " + caps_of(160, 90) +
       " ! mix.background composite name=mix latency=50000000 ! fakesink name=sink sync=true");
@@ -108,10 +105,8 @@ GST_START_TEST(tells_the_latency_of_a_live_stream) {
   fail_unless(least >= 50 * GST_MSECOND && least <= 200 * GST_MSECOND, "%" G_GUINT64_FORMAT " ns",
               least);
   test::check_ended(test::wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
 namespace {
 
@@ -123,7 +118,7 @@ struct Told {
 }  // namespace
 
 // Each set brings one signal, when the first frame that shows it has gone, however many show it.
-GST_START_TEST(tells_of_each_set_once) {
+ELEMENT_TEST(tells_of_each_set_once) {
   std::string line =
       "composite name=mix ! fakesink name=sink sync=false signal-handoffs=true "
       "videotestsrc num-buffers=12 ! " +
@@ -133,8 +128,8 @@ GST_START_TEST(tells_of_each_set_once) {
             " ! video/x-raw,framerate=25/3 ! silhouette camera=cam" + std::to_string(i) +
             " ! hull.sink_" + std::to_string(i);
   GstElement* pipeline = test::parse(line);
-  GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* mix = named(pipeline, "mix");
+  GstElement* sink = named(pipeline, "sink");
   Told told;
   g_signal_connect(sink, "handoff",
                    G_CALLBACK(+[](GstElement*, GstBuffer*, GstPad*, gpointer data) {
@@ -154,13 +149,10 @@ GST_START_TEST(tells_of_each_set_once) {
   fail_unless_equals_int(told.frames, 12);
   const std::vector<int> expected{1, 4, 7, 10};
   fail_unless(told.frames_then == expected);
-  gst_object_unref(sink);
-  gst_object_unref(mix);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(draws_without_a_display) {
+ELEMENT_TEST(draws_without_a_display) {
   const gchar* fork = g_getenv("CK_FORK");
   if (fork && g_str_equal(fork, "no")) return;  // GStreamer's choice is made once in a process
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "GST_GL_PLATFORM", "GST_GL_WINDOW"})
@@ -168,14 +160,13 @@ GST_START_TEST(draws_without_a_display) {
   test::check_ended(test::run_to_end("videotestsrc num-buffers=3 ! " + caps_of(160, 90) +
                                      " ! mix.background composite name=mix ! fakesink"));
 }
-GST_END_TEST
 
 /// An input that keeps the others waiting is named, once.
-GST_START_TEST(says_which_input_it_waits_for) {
+ELEMENT_TEST(says_which_input_it_waits_for) {
   GstElement* pipeline = test::parse(
       "videotestsrc ! video/x-raw,format=RGBA,width=64,height=48 ! composite.background "
       "composite name=composite ! fakesink");
-  GstElement* composite = gst_bin_get_by_name(GST_BIN(pipeline), "composite");
+  GstElement* composite = named(pipeline, "composite");
   GstPad* pad = gst_element_request_pad_simple(composite, "mesh_7");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus* bus = gst_element_get_bus(pipeline);
@@ -193,23 +184,5 @@ GST_START_TEST(says_which_input_it_waits_for) {
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_element_release_request_pad(composite, pad);
   gst_object_unref(pad);
-  gst_object_unref(composite);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
-
-static Suite* composite_stream_suite() {
-  Suite* suite = suite_create("composite in a stream");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, takes_a_new_size_in_the_stream);
-  tcase_add_test(tests, says_which_input_it_waits_for);
-  tcase_add_test(tests, survives_seeks);
-  tcase_add_test(tests, tells_the_latency_of_a_live_stream);
-  tcase_add_test(tests, tells_of_each_set_once);
-  tcase_add_test(tests, draws_without_a_display);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_stream)

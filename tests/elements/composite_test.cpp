@@ -17,12 +17,13 @@
 #include "controlled.h"
 #include "element_checks.h"
 #include "scene/announcement.h"
+#include "support/folder.h"
 #include "synthetic.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
 
-GST_START_TEST(draws_the_subject_and_leaves_the_rest) {
+ELEMENT_TEST(draws_the_subject_and_leaves_the_rest) {
   Bench bench;
   gst_harness_push(bench.mesh, mesh_buffer(0));
   for (int i = 0; i < 2; ++i) {
@@ -34,9 +35,8 @@ GST_START_TEST(draws_the_subject_and_leaves_the_rest) {
     gst_buffer_unref(out);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(background_passes_until_a_mesh_comes) {
+ELEMENT_TEST(background_passes_until_a_mesh_comes) {
   Bench bench;
   gst_harness_push(bench.mesh, mesh_buffer(frame_time(2)));  // begins with the third frame
   for (int i = 0; i < 3; ++i) {
@@ -53,9 +53,8 @@ GST_START_TEST(background_passes_until_a_mesh_comes) {
   }
   fail_unless_equals_uint64(test::statistic(bench.element, "passed-through"), 2);
 }
-GST_END_TEST
 
-GST_START_TEST(subject_outside_the_picture_passes_the_background) {
+ELEMENT_TEST(subject_outside_the_picture_passes_the_background) {
   Bench bench;
   gst_child_proxy_set(GST_CHILD_PROXY(bench.element), "mesh_0::translate-x", 500.0, nullptr);
   gst_harness_push(bench.mesh, mesh_buffer(0));
@@ -65,9 +64,8 @@ GST_START_TEST(subject_outside_the_picture_passes_the_background) {
   gst_buffer_unref(out);
   gst_buffer_unref(in);
 }
-GST_END_TEST
 
-GST_START_TEST(placement_is_live) {
+ELEMENT_TEST(placement_is_live) {
   Bench bench;
   GstChildProxy* proxy = GST_CHILD_PROXY(bench.element);
   gst_harness_push(bench.mesh, mesh_buffer(0));
@@ -85,7 +83,6 @@ GST_START_TEST(placement_is_live) {
               counts[1]);
   fail_unless(counts[2] < counts[0] && counts[2] > counts[0] / 3);
 }
-GST_END_TEST
 
 namespace {
 
@@ -100,7 +97,7 @@ int without_red(GstBuffer* buffer) {
 }  // namespace
 
 // Of what is set between two frames the second one has all, and a controller sets it for each.
-GST_START_TEST(a_grade_is_live_and_controlled) {
+ELEMENT_TEST(a_grade_is_live_and_controlled) {
   Bench bench;
   bench.wait_for_all();
   GstChildProxy* proxy = GST_CHILD_PROXY(bench.element);
@@ -121,10 +118,9 @@ GST_START_TEST(a_grade_is_live_and_controlled) {
   fail_unless(counts[1] > 500 && counts[2] >= counts[1], "%d %d", counts[1], counts[2]);
   fail_unless(counts[0] == 0 && counts[3] == 0, "%d %d", counts[0], counts[3]);
 }
-GST_END_TEST
 
 // Asked for once, and held: in the lamp's warm light, also where the subject moves on.
-GST_START_TEST(match_proposes_once) {
+ELEMENT_TEST(match_proposes_once) {
   Bench bench;
   bench.wait_for_all();
   g_object_set(bench.element, "scene", "builtin:room", nullptr);
@@ -158,9 +154,8 @@ GST_START_TEST(match_proposes_once) {
   fail_unless(!match && exposure[0] == 0.0);
   fail_unless_equals_uint64(statistic(alone.element, "subjects-unmatched"), 1);
 }
-GST_END_TEST
 
-GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
+ELEMENT_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
   Bench bench;
   bench.wait_for_all();
   Mesh empty;
@@ -175,9 +170,8 @@ GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
   fail_unless(changed_pixels(out) > 500);
   gst_buffer_unref(out);
 }
-GST_END_TEST
 
-GST_START_TEST(a_mesh_is_shown_until_max_mesh_age) {
+ELEMENT_TEST(a_mesh_is_shown_until_max_mesh_age) {
   Bench bench;
   bench.wait_for_all();
   g_object_set(bench.element, "max-mesh-age", guint64{100 * GST_MSECOND}, nullptr);
@@ -192,9 +186,8 @@ GST_START_TEST(a_mesh_is_shown_until_max_mesh_age) {
     gst_buffer_unref(out);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(bad_payloads_do_not_stop_the_picture) {
+ELEMENT_TEST(bad_payloads_do_not_stop_the_picture) {
   Bench bench;
   GstBuffer* bad = gst_buffer_new_memdup("nonsense", 8);
   GST_BUFFER_PTS(bad) = 0;
@@ -206,19 +199,8 @@ GST_START_TEST(bad_payloads_do_not_stop_the_picture) {
   }
   fail_unless_equals_uint64(test::statistic(bench.element, "meshes-unusable"), 1);
 }
-GST_END_TEST
 
-namespace {
-
-GstEvent* announcement_event(const std::string& json) {
-  return gst_event_new_custom(
-      GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-      gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING, json.c_str(), nullptr));
-}
-
-}  // namespace
-
-GST_START_TEST(announced_camera_counts) {
+ELEMENT_TEST(announced_camera_counts) {
   Bench bench;
   Announcement announcement;
   announcement.viewport =
@@ -264,10 +246,9 @@ GST_START_TEST(announced_camera_counts) {
   }
   fail_unless_equals_uint64(test::statistic(bench.element, "announcements"), 2);
 }
-GST_END_TEST
 
 // As trackstamp announces: the picture is that of the same camera, set by properties.
-GST_START_TEST(announced_camera_without_scene_leaves_the_scene_to_properties) {
+ELEMENT_TEST(announced_camera_without_scene_leaves_the_scene_to_properties) {
   std::vector<std::uint8_t> pictures[2];
   for (const bool announced : {false, true}) {
     Bench bench;
@@ -288,12 +269,11 @@ GST_START_TEST(announced_camera_without_scene_leaves_the_scene_to_properties) {
   }
   fail_unless(pictures[0] == pictures[1]);
 }
-GST_END_TEST
 
 // The viewport of key frames by stream time, as of properties; where they are broken the last one stays.
-GST_START_TEST(key_frames_place_the_viewport) {
-  g_autofree gchar* folder = g_dir_make_tmp("polyhull-key-frames-XXXXXX", nullptr);
-  const std::string path = std::string(folder) + "/move.json";
+ELEMENT_TEST(key_frames_place_the_viewport) {
+  const Folder folder;
+  const std::string path = folder.file("move.json");
   g_file_set_contents(path.c_str(),
                       R"({"format": "polyhull-key-frames", "version": 1, "keys": [
       {"time": 3, "eye": [0, 1.2, 4], "target": [0, 1, 0], "field-of-view": 60},
@@ -324,12 +304,9 @@ GST_START_TEST(key_frames_place_the_viewport) {
     fail_unless_equals_uint64(test::statistic(bench.element, "viewports-unusable"), 1);
   }
   fail_unless(pictures[0] == pictures[1]);
-  g_remove(path.c_str());
-  g_rmdir(folder);
 }
-GST_END_TEST
 
-GST_START_TEST(navigation_moves_the_viewport) {
+ELEMENT_TEST(navigation_moves_the_viewport) {
   Bench bench(false);
   gst_harness_push(bench.background, frame(0));
   gst_buffer_unref(bench.pull());
@@ -362,9 +339,8 @@ GST_START_TEST(navigation_moves_the_viewport) {
   g_object_get(bench.element, "eye-x", &after, nullptr);
   fail_unless(after == before);
 }
-GST_END_TEST
 
-GST_START_TEST(eos_flush_and_lifetime) {
+ELEMENT_TEST(eos_flush_and_lifetime) {
   GstBuffer* kept = nullptr;
   {
     Bench bench;
@@ -387,10 +363,9 @@ GST_START_TEST(eos_flush_and_lifetime) {
   fail_unless(changed_pixels(kept) > 500);  // outlives the element
   gst_buffer_unref(kept);
 }
-GST_END_TEST
 
 // Nothing comes from the background for a while: no frame, no crash, and no work meanwhile.
-GST_START_TEST(live_without_a_background_frame_waits) {
+ELEMENT_TEST(live_without_a_background_frame_waits) {
   GstElement* element = gst_element_factory_make_full("composite", "force-live", TRUE, nullptr);
   fail_unless(element != nullptr);
   gst_object_ref_sink(element);
@@ -412,10 +387,9 @@ GST_START_TEST(live_without_a_background_frame_waits) {
   gst_harness_teardown(background);
   gst_object_unref(element);
 }
-GST_END_TEST
 
 // After a seek a controlled property has the value of the place sought, as stream time says.
-GST_START_TEST(controllers_count_stream_time) {
+ELEMENT_TEST(controllers_count_stream_time) {
   Bench bench(false);
   control(bench.element, "eye-x", 0.0, 10.0, 10 * GST_SECOND);
   GstSegment segment;
@@ -428,7 +402,6 @@ GST_START_TEST(controllers_count_stream_time) {
   g_object_get(bench.element, "eye-x", &x, nullptr);
   fail_unless(std::abs(x - 4.0) < 1e-9, "%g", x);
 }
-GST_END_TEST
 
 namespace {
 
@@ -451,7 +424,7 @@ std::string chain(const std::string& sink, const std::string& upload = "",
 
 }  // namespace
 
-GST_START_TEST(whole_chain_in_every_memory) {
+ELEMENT_TEST(whole_chain_in_every_memory) {
   test::check_ended(test::run_to_end(chain("fakesink")));
   test::check_ended(test::run_to_end(chain("fakesink", "glupload !")));
   test::check_ended(
@@ -460,10 +433,9 @@ GST_START_TEST(whole_chain_in_every_memory) {
   test::check_ended(test::run_to_end(chain(
       "video/x-raw(memory:GLMemory) ! glcolorconvert ! gldownload ! fakesink", "glupload !")));
 }
-GST_END_TEST
 
 // Both draw with OpenGL, each on a thread and in a context of its own.
-GST_START_TEST(two_pipelines_in_one_process) {
+ELEMENT_TEST(two_pipelines_in_one_process) {
   GstElement* first = test::parse(chain("fakesink", "", "backend=gl"));
   GstElement* second = test::parse(chain("fakesink", "glupload !"));
   gst_element_set_state(first, GST_STATE_PLAYING);
@@ -475,9 +447,8 @@ GST_START_TEST(two_pipelines_in_one_process) {
   gst_object_unref(first);
   gst_object_unref(second);
 }
-GST_END_TEST
 
-GST_START_TEST(errors_have_a_sentence) {
+ELEMENT_TEST(errors_have_a_sentence) {
   const std::string missing = test::run_to_end(
       "composite name=mix scene=/nowhere/missing.glb ! fakesink videotestsrc num-buffers=2 ! "
       "video/x-raw,width=64,height=48 ! videoconvert ! mix.background");
@@ -491,20 +462,18 @@ GST_START_TEST(errors_have_a_sentence) {
       test::run_to_end("composite name=mix ! fakesink " + std::string(subject_of_four));
   fail_unless(alone.find("no background") != std::string::npos, "%s", alone.c_str());
 }
-GST_END_TEST
 
-GST_START_TEST(refused_context_is_explained) {
+ELEMENT_TEST(refused_context_is_explained) {
   g_setenv("GST_GL_API", "gles1", TRUE);  // which no driver here can give
   const std::string refused = test::run_to_end(chain("fakesink", "", "backend=gl"));
   fail_unless(refused.find("OpenGL") != std::string::npos, "%s", refused.c_str());
   // Where nobody asked for OpenGL the processor draws.
   test::check_ended(test::run_to_end(chain("fakesink")));
 }
-GST_END_TEST
 
 // Each backend changes the same pixels to nearly the same values; a change of it takes effect on the
 // next frame.
-GST_START_TEST(the_backend_is_chosen_live) {
+ELEMENT_TEST(the_backend_is_chosen_live) {
   Bench bench;
   bench.wait_for_all();
   std::vector<std::vector<std::uint8_t>> pictures;
@@ -531,45 +500,8 @@ GST_START_TEST(the_backend_is_chosen_live) {
       10.0 * std::log10(255.0 * 255.0 * static_cast<double>(pictures[0].size()) / squares);
   fail_unless(psnr > 42.0, "%.1f dB", psnr);
 }
-GST_END_TEST
 
-GST_START_TEST(states_and_documentation) {
+ELEMENT_TEST(states_and_documentation) {
   test::check_documented("composite");
   test::check_states(chain("fakesink"), 50);
 }
-GST_END_TEST
-
-static Suite* composite_suite() {
-  Suite* suite = suite_create("composite");
-  TCase* fed = tcase_create("fed by hand");
-  tcase_set_timeout(fed, 30);
-  tcase_add_test(fed, draws_the_subject_and_leaves_the_rest);
-  tcase_add_test(fed, background_passes_until_a_mesh_comes);
-  tcase_add_test(fed, subject_outside_the_picture_passes_the_background);
-  tcase_add_test(fed, placement_is_live);
-  tcase_add_test(fed, a_grade_is_live_and_controlled);
-  tcase_add_test(fed, match_proposes_once);
-  tcase_add_test(fed, the_backend_is_chosen_live);
-  tcase_add_test(fed, the_mesh_shown_is_the_last_before_the_frames_end);
-  tcase_add_test(fed, a_mesh_is_shown_until_max_mesh_age);
-  tcase_add_test(fed, bad_payloads_do_not_stop_the_picture);
-  tcase_add_test(fed, announced_camera_counts);
-  tcase_add_test(fed, announced_camera_without_scene_leaves_the_scene_to_properties);
-  tcase_add_test(fed, key_frames_place_the_viewport);
-  tcase_add_test(fed, navigation_moves_the_viewport);
-  tcase_add_test(fed, eos_flush_and_lifetime);
-  tcase_add_test(fed, live_without_a_background_frame_waits);
-  tcase_add_test(fed, controllers_count_stream_time);
-  suite_add_tcase(suite, fed);
-  TCase* whole = tcase_create("whole chain");
-  tcase_set_timeout(whole, 240);
-  tcase_add_test(whole, whole_chain_in_every_memory);
-  tcase_add_test(whole, two_pipelines_in_one_process);
-  tcase_add_test(whole, errors_have_a_sentence);
-  tcase_add_test(whole, refused_context_is_explained);
-  tcase_add_test(whole, states_and_documentation);
-  suite_add_tcase(suite, whole);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite)

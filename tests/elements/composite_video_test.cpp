@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "element_test.h"
 #include "render/yuv/yuv_picture.h"
 
 using namespace polyhull;
@@ -80,7 +81,7 @@ std::string caps_before(const std::string& sink) {
                                " ! mix.background composite name=mix ! " + sink);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
+  GstElement* mix = named(pipeline, "mix");
   GstPad* pad = gst_element_get_static_pad(mix, "src");
   GstCaps* caps = gst_pad_get_current_caps(pad);
   gchar* text = gst_caps_to_string(caps);
@@ -88,9 +89,7 @@ std::string caps_before(const std::string& sink) {
   g_free(text);
   gst_caps_unref(caps);
   gst_object_unref(pad);
-  gst_object_unref(mix);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   return out;
 }
 
@@ -100,7 +99,7 @@ bool has(const std::string& text, const char* part) {
 
 }  // namespace
 
-GST_START_TEST(video_is_the_picture_converted) {
+ELEMENT_TEST(video_is_the_picture_converted) {
   for (const char* backend : {"processor", "gl"}) {
     const auto pictures = frames_as("RGBA", backend);
     fail_unless(pictures[0] != pictures[1] && pictures[1] != pictures[2], "nothing was drawn");
@@ -112,9 +111,8 @@ GST_START_TEST(video_is_the_picture_converted) {
     }
   }
 }
-GST_END_TEST
 
-GST_START_TEST(a_still_background_is_converted_once) {
+ELEMENT_TEST(a_still_background_is_converted_once) {
   Bench bench(false);
   gst_harness_set_sink_caps_str(bench.background, "video/x-raw,format=NV12");
   GstBuffer* still = frame(0);
@@ -145,9 +143,8 @@ GST_START_TEST(a_still_background_is_converted_once) {
   gst_buffer_unref(out);
   gst_memory_unref(memory);
 }
-GST_END_TEST
 
-GST_START_TEST(a_new_size_in_the_stream) {
+ELEMENT_TEST(a_new_size_in_the_stream) {
   Bench bench(false);
   gst_harness_set_sink_caps_str(bench.background, "video/x-raw,format=I420");
   int number = 0;
@@ -171,9 +168,8 @@ GST_START_TEST(a_new_size_in_the_stream) {
     gst_buffer_unref(out);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(downstream_chooses) {
+ELEMENT_TEST(downstream_chooses) {
   fail_unless(has(caps_before("fakesink"), "format=(string)RGBA"));
   fail_unless(has(caps_before("video/x-raw,format={I420,NV12,RGBA} ! fakesink"), "(string)RGBA"));
   for (const char* format : {"NV12", "I420"}) {
@@ -184,26 +180,9 @@ GST_START_TEST(downstream_chooses) {
   }
   fail_unless(has(caps_before("videoconvert ! video/x-raw,format=YUY2 ! fakesink"), "RGBA"));
 }
-GST_END_TEST
 
-GST_START_TEST(a_background_in_opengl_becomes_video) {
+ELEMENT_TEST(a_background_in_opengl_becomes_video) {
   check_ended(run_to_end("videotestsrc num-buffers=2 ! " + std::string(background_caps) +
                          " ! glupload ! mix.background composite name=mix ! "
                          "video/x-raw,format=NV12 ! fakesink"));
 }
-GST_END_TEST
-
-static Suite* composite_video_suite() {
-  Suite* suite = suite_create("composite as video");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, video_is_the_picture_converted);
-  tcase_add_test(tests, a_still_background_is_converted_once);
-  tcase_add_test(tests, a_new_size_in_the_stream);
-  tcase_add_test(tests, downstream_chooses);
-  tcase_add_test(tests, a_background_in_opengl_becomes_video);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(composite_video)

@@ -41,19 +41,17 @@ void send_qos(GstHarness* h, double proportion, GstClockTime time) {
 
 }  // namespace
 
-GST_START_TEST(says_what_it_is) {
+ELEMENT_TEST(says_what_it_is) {
   check_documented("contourfind");
 }
-GST_END_TEST
 
-GST_START_TEST(goes_up_and_down) {
+ELEMENT_TEST(goes_up_and_down) {
   check_states(
       "videotestsrc num-buffers=30 pattern=ball background-color=0xff1ebe3c ! "
       "chromamatte ! gaussblur ! contourfind camera=cam0 ! fakesink");
 }
-GST_END_TEST
 
-GST_START_TEST(a_disk_becomes_a_view) {
+ELEMENT_TEST(a_disk_becomes_a_view) {
   for (const char* format : {"RGBA", "GRAY8"}) {
     GstHarness* h = harness_for("contourfind camera=cam7 tolerance=0", format);
     GstBuffer* in = frame(subject, 3 * GST_SECOND, format);
@@ -92,10 +90,9 @@ GST_START_TEST(a_disk_becomes_a_view) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
 // A picture's edges are as soft as they were keyed, whatever is blurred before contours are traced.
-GST_START_TEST(views_keep_the_alpha_before_the_blur) {
+ELEMENT_TEST(views_keep_the_alpha_before_the_blur) {
   for (const char* format : {"RGBA", "GRAY8"})
     for (const char* blurs : {"gaussblur sigma=2", "gaussblur sigma=2 ! gaussblur sigma=1",
                               "gaussblur sigma=2 threshold=100"}) {
@@ -116,9 +113,8 @@ GST_START_TEST(views_keep_the_alpha_before_the_blur) {
       gst_harness_teardown(h);
     }
 }
-GST_END_TEST
 
-GST_START_TEST(holes_run_the_other_way) {
+ELEMENT_TEST(holes_run_the_other_way) {
   GstHarness* h = harness_for("contourfind tolerance=0.5", "GRAY8");
   GstBuffer* in = gst_buffer_new_allocate(nullptr, width * height, nullptr);
   GstMapInfo map;
@@ -138,9 +134,8 @@ GST_START_TEST(holes_run_the_other_way) {
   fail_unless(std::abs(hole + std::numbers::pi * 144) < 10, "%g", hole);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(no_foreground_makes_an_empty_view) {
+ELEMENT_TEST(no_foreground_makes_an_empty_view) {
   GstHarness* h = harness_for("contourfind camera=cam0");
   GstElement* find = gst_harness_find_element(h, "contourfind");
   const ReadView read = viewed(h, frame({50, 50, -5}, GST_SECOND));
@@ -154,9 +149,8 @@ GST_START_TEST(no_foreground_makes_an_empty_view) {
   gst_object_unref(find);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(all_foreground_is_the_frame) {
+ELEMENT_TEST(all_foreground_is_the_frame) {
   GstHarness* h = harness_for("contourfind");
   const ReadView read = viewed(h, frame({50, 50, 500}));
   fail_unless_equals_int(static_cast<int>(read.view.contours.size()), 1);
@@ -164,9 +158,8 @@ GST_START_TEST(all_foreground_is_the_frame) {
   fail_unless(read.view.roi == (Rectangle{0, 0, width, height}));
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(tolerance_trades_vertices_for_error) {
+ELEMENT_TEST(tolerance_trades_vertices_for_error) {
   std::size_t before = 100000;
   for (const double tolerance : {0.0, 0.25, 0.5, 1.0, 2.0, 4.0}) {
     GstHarness* h = harness_for("contourfind tolerance=" + std::to_string(tolerance));
@@ -186,9 +179,8 @@ GST_START_TEST(tolerance_trades_vertices_for_error) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(small_rings_are_noise) {
+ELEMENT_TEST(small_rings_are_noise) {
   GstHarness* h = harness_for("contourfind min-area=100");
   GstElement* find = gst_harness_find_element(h, "contourfind");
   fail_unless(viewed(h, frame({50, 50, 4})).view.contours.empty());
@@ -199,9 +191,8 @@ GST_START_TEST(small_rings_are_noise) {
   gst_object_unref(find);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(binary_traces_whole_pixels) {
+ELEMENT_TEST(binary_traces_whole_pixels) {
   // The outline of the pixels encloses as many square pixels as there are pixels at or above half.
   GstHarness* h = harness_for("contourfind method=binary tolerance=0", "GRAY8");
   GstBuffer* in = frame(subject, 0, "GRAY8");
@@ -216,10 +207,9 @@ GST_START_TEST(binary_traces_whole_pixels) {
   }
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 /// A blurred disk shrinks by sigma^2 / (2 R); the correction takes that back.
-GST_START_TEST(the_shift_of_the_blur_is_corrected) {
+ELEMENT_TEST(the_shift_of_the_blur_is_corrected) {
   const Disk disk{50.3, 40.7, 20.0};
   double radius[2];
   for (const int correct : {0, 1}) {
@@ -232,9 +222,8 @@ GST_START_TEST(the_shift_of_the_blur_is_corrected) {
   fail_unless(std::abs(radius[0] - 19.9) < 0.02, "%g", radius[0]);
   fail_unless(std::abs(radius[1] - 20.0) < 0.01, "%g", radius[1]);
 }
-GST_END_TEST
 
-GST_START_TEST(clocks_of_cameras_and_timecodes) {
+ELEMENT_TEST(clocks_of_cameras_and_timecodes) {
   GstHarness* h = harness_for("contourfind");
   const auto seen = [&](const char* caps, GstClockTime time) {
     GstBuffer* in = frame(subject, GST_SECOND);
@@ -263,9 +252,8 @@ GST_START_TEST(clocks_of_cameras_and_timecodes) {
                            ((10 * 60 + 20) * 60 + 30) * gint64{GST_SECOND} + 200 * GST_MSECOND);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(trigger_number_and_capture_time) {
+ELEMENT_TEST(trigger_number_and_capture_time) {
   GstHarness* h = harness_for("contourfind name=cam3");
   gst_element_set_base_time(h->element, 1000 * GST_SECOND);
   // Base time is kept per element, not per bin.
@@ -312,9 +300,8 @@ GST_START_TEST(trigger_number_and_capture_time) {
   gst_object_unref(find);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(an_equal_frame_reuses_contours) {
+ELEMENT_TEST(an_equal_frame_reuses_contours) {
   for (const char* blur : {"", "gaussblur sigma=2 ! "}) {
     GstHarness* on = harness_for(std::string(blur) + "contourfind camera=c");
     GstHarness* off = harness_for(std::string(blur) + "contourfind camera=c reuse=false");
@@ -338,10 +325,9 @@ GST_START_TEST(an_equal_frame_reuses_contours) {
     gst_harness_teardown(off);
   }
 }
-GST_END_TEST
 
 /// Each setting counts at once, also while the picture stands still.
-GST_START_TEST(settings_count_on_a_still_picture) {
+ELEMENT_TEST(settings_count_on_a_still_picture) {
   const auto still = [](int i) {
     GstBuffer* buffer = gst_buffer_new_allocate(nullptr, width * height, nullptr);
     GstMapInfo map;
@@ -382,9 +368,8 @@ GST_START_TEST(settings_count_on_a_still_picture) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(late_frames_coarsen_the_contours) {
+ELEMENT_TEST(late_frames_coarsen_the_contours) {
   GstHarness* h = harness_for("contourfind adaptive=true tolerance=0.3");
   GstElement* find = gst_harness_find_element(h, "contourfind");
   const std::size_t fine = viewed(h, frame(subject)).view.contours.points.size();
@@ -412,9 +397,8 @@ GST_START_TEST(late_frames_coarsen_the_contours) {
   gst_object_unref(find);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(changes_size_and_format_in_the_stream) {
+ELEMENT_TEST(changes_size_and_format_in_the_stream) {
   GstHarness* h = gst_harness_new("contourfind");
   const struct {
     const char* format;
@@ -432,9 +416,8 @@ GST_START_TEST(changes_size_and_format_in_the_stream) {
   }
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(views_keep_rate_times_and_pass_the_end) {
+ELEMENT_TEST(views_keep_rate_times_and_pass_the_end) {
   GstHarness* h = gst_harness_new("contourfind");
   gst_harness_set_src_caps(h, video_caps("RGBA", width, height, 50));
   GstBuffer* out = gst_harness_push_and_pull(h, frame(subject, 5 * GST_SECOND));
@@ -450,9 +433,8 @@ GST_START_TEST(views_keep_rate_times_and_pass_the_end) {
   fail_unless(gst_harness_push_event(h, gst_event_new_eos()));
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(survives_flush_and_seek) {
+ELEMENT_TEST(survives_flush_and_seek) {
   GstElement* pipeline = parse(
       "videotestsrc num-buffers=100 pattern=ball background-color=0xff1ebe3c ! chromamatte ! "
       "contourfind ! fakesink sync=false");
@@ -464,12 +446,10 @@ GST_START_TEST(survives_flush_and_seek) {
   }
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(views_outlive_the_element) {
+ELEMENT_TEST(views_outlive_the_element) {
   GstHarness* h = harness_for("contourfind");
   GstBuffer* first = gst_harness_push_and_pull(h, frame(subject));
   const std::vector<std::uint8_t> bytes = bytes_of(first);
@@ -479,43 +459,10 @@ GST_START_TEST(views_outlive_the_element) {
   fail_unless(bytes_of(first) == bytes);
   gst_buffer_unref(first);
 }
-GST_END_TEST
 
-GST_START_TEST(a_frame_too_small_for_its_caps_is_an_error) {
+ELEMENT_TEST(a_frame_too_small_for_its_caps_is_an_error) {
   GstHarness* h = harness_for("contourfind");
   GstBuffer* in = gst_buffer_new_allocate(nullptr, 100, nullptr);
   fail_unless_equals_int(gst_harness_push(h, in), GST_FLOW_ERROR);
   gst_harness_teardown(h);
 }
-GST_END_TEST
-
-static Suite* contourfind_suite() {
-  Suite* suite = suite_create("contourfind");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, says_what_it_is);
-  tcase_add_test(tests, goes_up_and_down);
-  tcase_add_test(tests, a_disk_becomes_a_view);
-  tcase_add_test(tests, views_keep_the_alpha_before_the_blur);
-  tcase_add_test(tests, holes_run_the_other_way);
-  tcase_add_test(tests, no_foreground_makes_an_empty_view);
-  tcase_add_test(tests, all_foreground_is_the_frame);
-  tcase_add_test(tests, tolerance_trades_vertices_for_error);
-  tcase_add_test(tests, small_rings_are_noise);
-  tcase_add_test(tests, binary_traces_whole_pixels);
-  tcase_add_test(tests, the_shift_of_the_blur_is_corrected);
-  tcase_add_test(tests, clocks_of_cameras_and_timecodes);
-  tcase_add_test(tests, trigger_number_and_capture_time);
-  tcase_add_test(tests, an_equal_frame_reuses_contours);
-  tcase_add_test(tests, settings_count_on_a_still_picture);
-  tcase_add_test(tests, late_frames_coarsen_the_contours);
-  tcase_add_test(tests, changes_size_and_format_in_the_stream);
-  tcase_add_test(tests, views_keep_rate_times_and_pass_the_end);
-  tcase_add_test(tests, survives_flush_and_seek);
-  tcase_add_test(tests, views_outlive_the_element);
-  tcase_add_test(tests, a_frame_too_small_for_its_caps_is_an_error);
-  return suite;
-}
-
-GST_CHECK_MAIN(contourfind)

@@ -3,9 +3,10 @@
 /// A controller for an element under test.
 #pragma once
 
-#include <gst/check/gstcheck.h>
 #include <gst/controller/gstdirectcontrolbinding.h>
 #include <gst/controller/gstinterpolationcontrolsource.h>
+
+#include "element_test.h"
 
 namespace polyhull::test {
 

@@ -3,13 +3,14 @@
 /// Checks that every element's test makes: states, documentation, messages.
 #pragma once
 
-#include <gst/check/gstcheck.h>
 #include <gst/gst.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
+#include "element_test.h"
 #include "support/run_kind.h"
 
 namespace polyhull::test {
@@ -40,19 +41,46 @@ inline std::string wait_for_end(GstElement* pipeline, GstClockTime timeout = 60 
   return result;
 }
 
+/// Its element \p name, which the pipeline keeps.
+inline GstElement* named(GstElement* pipeline, const std::string& name) {
+  GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), name.c_str());
+  fail_unless(element != nullptr, "the pipeline has no element %s", name.c_str());
+  gst_object_unref(element);
+  return element;
+}
+
+/// Takes \p pipeline to NULL and gives it up.
+inline void stop(GstElement* pipeline) {
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(pipeline);
+}
+
 /// Runs a gst-launch line to its end and back to NULL; "" or the error's sentence.
 inline std::string run_to_end(const std::string& line, GstClockTime timeout = 60 * GST_SECOND) {
   GstElement* pipeline = parse(line);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   const std::string result = wait_for_end(pipeline, timeout);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   return result;
 }
 
 /// Fails the test where wait_for_end() or run_to_end() gave an error's sentence.
 inline void check_ended(const std::string& end) {
   fail_unless(end.empty(), "%s", end.c_str());
+}
+
+/// What scenesrc and trackstamp announce before a frame.
+inline GstEvent* announcement_event(const std::string& json) {
+  return gst_event_new_custom(
+      GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+      gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING, json.c_str(), nullptr));
+}
+
+/// Fails the test where one of \p parts is not in \p text.
+inline void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
+  for (const char* part : parts)
+    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
+                text.c_str());
 }
 
 /// Takes a pipeline from NULL to PLAYING and back \p times times, sometimes at once and sometimes

@@ -11,6 +11,7 @@
 #include "builtin/shapes.h"
 #include "composite_bench.h"
 #include "controlled.h"
+#include "element_test.h"
 #include "scene/scene.h"
 #include "shown_scene.h"
 
@@ -20,7 +21,7 @@ using namespace polyhull::test;
 namespace {
 
 std::string path_of(const char* name) {
-  return (folder / name).string();
+  return folder.file(name);
 }
 
 /// A floor without any light.
@@ -47,7 +48,7 @@ std::vector<std::uint8_t> pixel(const std::string& frame, int x, int y) {
 
 // An even light L is what is seen around, and a floor of albedo a under it shows a L: in linear values, with the
 // exposure that makes white 0.6.
-GST_START_TEST(the_environment_is_seen_and_lights) {
+ELEMENT_TEST(the_environment_is_seen_and_lights) {
   const std::string around =
       environment_file("even.hdr", even_environment(Vec3f(1.0f, 0.5f, 0.25f)));
   Shown shown("num-buffers=1 refinement=never scene=" + floor_file() + " environment=" + around);
@@ -72,10 +73,9 @@ GST_START_TEST(the_environment_is_seen_and_lights) {
   up.wait_for_end();
   is(pixel(up.frames.at(0), 16, 12), glm::min(light, Vec3f(1.0f)));
 }
-GST_END_TEST;
 
 // Set while playing it comes with the next frame, as if it had been there; so do its turn and its brightness.
-GST_START_TEST(the_environment_changes_while_playing) {
+ELEMENT_TEST(the_environment_changes_while_playing) {
   const std::string a = environment_file("a.hdr", outdoors(32)),
                     b = environment_file("b.hdr", even_environment(Vec3f(0.2f)));
   const std::string scene = "refinement=never target=0,2.2,0 scene=" + floor_file() + " ";
@@ -99,10 +99,9 @@ GST_START_TEST(the_environment_changes_while_playing) {
   fail_unless(shown.announced[7].sky == Vec3f(0.5f));
   fail_unless(shown.announced[7].environment.turn == -30.0);
 }
-GST_END_TEST;
 
 // Driven by a controller it is turned as it is at each frame's own time.
-GST_START_TEST(controllers_turn_the_environment) {
+ELEMENT_TEST(controllers_turn_the_environment) {
   const std::string around = environment_file("a.hdr", outdoors(32));
   Shown shown("num-buffers=4 refinement=never scene=" + floor_file() + " environment=" + around,
               [](Shown& self, std::size_t number) {
@@ -112,9 +111,8 @@ GST_START_TEST(controllers_turn_the_environment) {
   for (std::size_t i = 0; i < 4; ++i)
     fail_unless(std::abs(shown.announced.at(i).environment.turn - 10.0 * i) < 1e-6, "%zu", i);
 }
-GST_END_TEST;
 
-GST_START_TEST(a_broken_environment_is_said) {
+ELEMENT_TEST(a_broken_environment_is_said) {
   const std::string good = environment_file("good.hdr", even_environment(Vec3f(1.0f))),
                     broken = path_of("broken.hdr");
   const std::string whole = hdr_bytes(outdoors(32));
@@ -130,22 +128,13 @@ GST_START_TEST(a_broken_environment_is_said) {
   fail_unless_equals_uint64(shown.count("scenes-unusable"), 1);
   fail_unless(shown.announced.back().environment.name == good);
 }
-GST_END_TEST;
 
 /// composite with a subject, a frame for each announcement of scenesrc's.
 struct Announced : Bench {
   GstClockTime time = 0;
-  explicit Announced(const char* backend) {
-    wait_for_all();
-    gst_util_set_object_arg(G_OBJECT(element), "backend", backend);
-    gst_harness_push(mesh, mesh_buffer(0));
-  }
+  explicit Announced(const char* backend) { show_subject(backend); }
   GstBuffer* show(const Announcement& announced) {
-    gst_harness_push_event(
-        background,
-        gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                             gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                                               announcement_to_json(announced).c_str(), nullptr)));
+    gst_harness_push_event(background, announcement_event(announcement_to_json(announced)));
     const GstClockTime now = std::exchange(time, time + 40 * GST_MSECOND);
     return step(opaque_frame(now), mesh_buffer(time));
   }
@@ -162,7 +151,7 @@ static int changed_by(const Announcement& announced, const char* backend) {
 }
 
 // The subject takes the environment's light from the floor; a picture that is gone is said.
-GST_START_TEST(subjects_throw_its_shadow) {
+ELEMENT_TEST(subjects_throw_its_shadow) {
   const std::string around = environment_file("outdoors.hdr", outdoors(64));
   Shown shown("num-buffers=1 refinement=never eye=0,1.2,4 target=0,1,0 scene=" + floor_file() +
               " environment=" + around);
@@ -179,10 +168,9 @@ GST_START_TEST(subjects_throw_its_shadow) {
   announced.environment.name = path_of("gone.hdr");
   fail_unless_equals_int(changed_by(announced, "processor"), -1);
 }
-GST_END_TEST;
 
 // Its lights are as far away as the scene is large in the pose that it has now.
-GST_START_TEST(its_lights_lie_around_the_scene_as_it_stands) {
+ELEMENT_TEST(its_lights_lie_around_the_scene_as_it_stands) {
   Scene scene;
   scene.materials.resize(1);
   scene.meshes = {parallelogram("floor", 0, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6}),
@@ -198,23 +186,4 @@ GST_START_TEST(its_lights_lie_around_the_scene_as_it_stands) {
   const auto before = bytes_taken(bench.show(announced)), after = bytes_taken(bench.show(moved));
   fail_unless(before != after);
   fail_unless(after == bytes_taken(fresh.show(moved)));
-}
-GST_END_TEST;
-
-static Suite* environment_suite() {
-  Suite* suite = suite_create("environment");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, the_environment_is_seen_and_lights);
-  tcase_add_test(tests, the_environment_changes_while_playing);
-  tcase_add_test(tests, controllers_turn_the_environment);
-  tcase_add_test(tests, a_broken_environment_is_said);
-  tcase_add_test(tests, subjects_throw_its_shadow);
-  tcase_add_test(tests, its_lights_lie_around_the_scene_as_it_stands);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  return run_with_folder("environment", environment_suite, argc, argv);
 }

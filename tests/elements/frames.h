@@ -3,7 +3,6 @@
 /// Frames for element tests: a subject of known shape in front of a screen.
 #pragma once
 
-#include <gst/check/gstcheck.h>
 #include <gst/gst.h>
 #include <gst/video/video.h>
 
@@ -12,6 +11,8 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+
+#include "element_test.h"
 
 namespace polyhull::test {
 

@@ -95,21 +95,19 @@ double largest_error(const std::string& properties, double sigma, const char* fo
 
 }  // namespace
 
-GST_START_TEST(says_what_it_is) {
+ELEMENT_TEST(says_what_it_is) {
   check_documented("gaussblur");
 }
-GST_END_TEST
 
-GST_START_TEST(goes_up_and_down) {
+ELEMENT_TEST(goes_up_and_down) {
   check_states(
       "videotestsrc num-buffers=30 pattern=ball background-color=0xff1ebe3c ! "
       "chromamatte ! gaussblur sigma=3 ! fakesink");
   check_states(
       "videotestsrc num-buffers=5 ! video/x-raw,format=GRAY8 ! gaussblur sigma=0 ! fakesink", 6);
 }
-GST_END_TEST
 
-GST_START_TEST(blurs_alpha_and_grey_and_nothing_else) {
+ELEMENT_TEST(blurs_alpha_and_grey_and_nothing_else) {
   for (const char* format : {"RGBA", "GRAY8"}) {
     for (const double sigma : {0.5, 1.0, 2.0, 4.0, 9.5}) {
       const std::string text = "sigma=" + std::to_string(sigma);
@@ -124,14 +122,12 @@ GST_START_TEST(blurs_alpha_and_grey_and_nothing_else) {
     fail_unless(box <= 6.0, "%s box: %g", format, box);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(sigma_beyond_the_picture) {
+ELEMENT_TEST(sigma_beyond_the_picture) {
   fail_unless(largest_error("sigma=100", 100.0, "GRAY8") <= 1.0);
 }
-GST_END_TEST
 
-GST_START_TEST(threshold_makes_it_binary) {
+ELEMENT_TEST(threshold_makes_it_binary) {
   GstHarness* h = harness_for("gaussblur sigma=2 threshold=128");
   GstHarness* soft = harness_for("gaussblur sigma=2");
   GstBuffer* out = pushed(h, "RGBA", subject);
@@ -146,9 +142,8 @@ GST_START_TEST(threshold_makes_it_binary) {
   gst_harness_teardown(h);
   gst_harness_teardown(soft);
 }
-GST_END_TEST
 
-GST_START_TEST(nothing_to_do_passes_the_buffer_through) {
+ELEMENT_TEST(nothing_to_do_passes_the_buffer_through) {
   GstHarness* h = harness_for("gaussblur sigma=0 threshold=0");
   GstElement* blur = gst_harness_find_element(h, "gaussblur");
   GstCaps* caps = video_caps("RGBA", width, height);
@@ -177,9 +172,8 @@ GST_START_TEST(nothing_to_do_passes_the_buffer_through) {
   gst_object_unref(blur);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(a_shared_frame_is_not_written_to) {
+ELEMENT_TEST(a_shared_frame_is_not_written_to) {
   GstHarness* h = harness_for("gaussblur sigma=2");
   GstCaps* caps = video_caps("RGBA", width, height);
   GstBuffer* in = disk_frame(caps, subject);
@@ -193,10 +187,9 @@ GST_START_TEST(a_shared_frame_is_not_written_to) {
   gst_caps_unref(caps);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 /// The plane that chromamatte attaches is only a short cut: what comes out is the same without it.
-GST_START_TEST(the_attached_matte_changes_nothing) {
+ELEMENT_TEST(the_attached_matte_changes_nothing) {
   GstHarness* chain = gst_harness_new_parse("chromamatte ! gaussblur sigma=2.5");
   GstHarness* key = gst_harness_new("chromamatte");
   GstHarness* blur = gst_harness_new_parse("gaussblur sigma=2.5");
@@ -227,11 +220,10 @@ GST_START_TEST(the_attached_matte_changes_nothing) {
   for (GstBuffer* buffer : {expected, out, from_drawn, from_bare}) gst_buffer_unref(buffer);
   for (GstHarness* h : {chain, key, blur}) gst_harness_teardown(h);
 }
-GST_END_TEST
 
 /// One pixel, wherever it is drawn into a keyed or blurred frame in place, is seen by the elements
 /// behind; also in a copy, whose memory tells nothing of writes.
-GST_START_TEST(one_pixel_drawn_in_place_is_seen) {
+ELEMENT_TEST(one_pixel_drawn_in_place_is_seen) {
   for (const char* front : {"chromamatte", "chromamatte ! gaussblur sigma=1.5"}) {
     GstHarness* key = gst_harness_new_parse(front);
     GstHarness* blur = gst_harness_new_parse("gaussblur sigma=2.5");
@@ -270,9 +262,8 @@ GST_START_TEST(one_pixel_drawn_in_place_is_seen) {
     for (GstHarness* h : {key, blur, find}) gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(changes_size_and_format_in_the_stream) {
+ELEMENT_TEST(changes_size_and_format_in_the_stream) {
   GstHarness* h = gst_harness_new_parse("gaussblur sigma=2");
   const struct {
     const char* format;
@@ -290,9 +281,8 @@ GST_START_TEST(changes_size_and_format_in_the_stream) {
   }
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(a_controller_drives_sigma) {
+ELEMENT_TEST(a_controller_drives_sigma) {
   GstHarness* h = harness_for("gaussblur");
   GstElement* blur = gst_harness_find_element(h, "gaussblur");
   control(blur, "sigma", 0.0, 10.0, GST_SECOND);
@@ -306,9 +296,8 @@ GST_START_TEST(a_controller_drives_sigma) {
   gst_object_unref(blur);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(not_a_number_changes_nothing) {
+ELEMENT_TEST(not_a_number_changes_nothing) {
   GstElement* blur = gst_element_factory_make("gaussblur", nullptr);
   // GObject complains by itself; the value stays.
   ASSERT_WARNING(g_object_set(blur, "sigma", std::nan(""), nullptr));
@@ -317,9 +306,8 @@ GST_START_TEST(not_a_number_changes_nothing) {
   fail_unless_equals_float(sigma, 2.0);
   gst_object_unref(blur);
 }
-GST_END_TEST
 
-GST_START_TEST(survives_flush_and_seek) {
+ELEMENT_TEST(survives_flush_and_seek) {
   GstElement* pipeline = parse(
       "videotestsrc num-buffers=100 ! video/x-raw,format=GRAY8 ! gaussblur method=box ! "
       "fakesink sync=false");
@@ -331,40 +319,13 @@ GST_START_TEST(survives_flush_and_seek) {
   }
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(frames_outlive_the_element) {
+ELEMENT_TEST(frames_outlive_the_element) {
   GstHarness* h = harness_for("gaussblur");
   GstBuffer* out = pushed(h, "RGBA", subject);
   gst_harness_teardown(h);
   fail_unless(alpha_area(out, width, height) > 700);
   gst_buffer_unref(out);
 }
-GST_END_TEST
-
-static Suite* gaussblur_suite() {
-  Suite* suite = suite_create("gaussblur");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, says_what_it_is);
-  tcase_add_test(tests, goes_up_and_down);
-  tcase_add_test(tests, blurs_alpha_and_grey_and_nothing_else);
-  tcase_add_test(tests, sigma_beyond_the_picture);
-  tcase_add_test(tests, threshold_makes_it_binary);
-  tcase_add_test(tests, nothing_to_do_passes_the_buffer_through);
-  tcase_add_test(tests, a_shared_frame_is_not_written_to);
-  tcase_add_test(tests, the_attached_matte_changes_nothing);
-  tcase_add_test(tests, one_pixel_drawn_in_place_is_seen);
-  tcase_add_test(tests, changes_size_and_format_in_the_stream);
-  tcase_add_test(tests, a_controller_drives_sigma);
-  tcase_add_test(tests, not_a_number_changes_nothing);
-  tcase_add_test(tests, survives_flush_and_seek);
-  tcase_add_test(tests, frames_outlive_the_element);
-  return suite;
-}
-
-GST_CHECK_MAIN(gaussblur)

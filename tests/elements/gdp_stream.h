@@ -37,13 +37,12 @@ struct GdpStream {
 };
 
 inline std::vector<Packet> pull_all(GstElement* pipeline, const char* name) {
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), name);
+  g_autoptr(GstElement) sink = gst_bin_get_by_name(GST_BIN(pipeline), name);
   std::vector<Packet> all;
   while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink))) {
     all.push_back(bytes_of(gst_sample_get_buffer(sample)));
     gst_sample_unref(sample);
   }
-  gst_object_unref(sink);
   return all;
 }
 

@@ -14,6 +14,7 @@
 #include "builtin/default_rig.h"
 #include "element_checks.h"
 #include "plugins/common/references.h"
+#include "support/folder.h"
 #include "wire/mesh_payload.h"
 
 namespace polyhull::test {
@@ -108,15 +109,7 @@ class Bench {
   std::vector<std::uint8_t> bytes;
 };
 
-inline void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
-  for (const char* part : parts)
-    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
-                text.c_str());
-}
-
-/// A path of the tests' own.
-inline std::string folder(const std::string& name) {
-  return (std::filesystem::temp_directory_path() / ("polyhull_hullbuild_" + name)).string();
-}
+/// Of this program.
+inline const Folder folder;
 
 }  // namespace polyhull::test

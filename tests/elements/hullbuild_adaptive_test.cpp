@@ -3,8 +3,6 @@
 // sink, and finer again.
 #include "support/live_line.h"
 
-#include <gst/check/gstcheck.h>
-
 #include <functional>
 
 #include "element_checks.h"
@@ -45,7 +43,7 @@ bool play_until(LiveLine& line, const std::function<bool()>& reached) {
 
 }  // namespace
 
-GST_START_TEST(what_is_held_up_becomes_coarser_and_fine_again) {
+ELEMENT_TEST(what_is_held_up_becomes_coarser_and_fine_again) {
   LiveLine line(held_up("adaptive=true"));
   fail_unless(play_until(line, [&] { return line.statistic("hull", "sets") > 0; }));
   fail_unless(hull_figure(line, "coarser-px") == 0.0);
@@ -66,18 +64,16 @@ GST_START_TEST(what_is_held_up_becomes_coarser_and_fine_again) {
   gst_object_unref(hull);
   fail_unless(play_until(line, [&] { return hull_figure(line, "coarser-px") == 0.0; }));
 }
-GST_END_TEST
 
-GST_START_TEST(without_adaptive_contours_stay) {
+ELEMENT_TEST(without_adaptive_contours_stay) {
   LiveLine line(held_up(""));
   line.play(3.0);
   fail_unless(hull_figure(line, "coarser-px") == 0.0);
 }
-GST_END_TEST
 
 /// A sink that keeps the time and says that there is enough of it is believed: that it holds sets
 /// until they are due is no load.
-GST_START_TEST(waiting_for_the_time_is_no_load) {
+ELEMENT_TEST(waiting_for_the_time_is_no_load) {
   LiveOptions options = held_up("adaptive=true");
   options.tail = "fakesink sync=true qos=true ts-offset=300000000";
   LiveLine line(options);
@@ -86,17 +82,3 @@ GST_START_TEST(waiting_for_the_time_is_no_load) {
   fail_unless(!in_time || hull_figure(line, "coarser-px") == 0.0, "%g px",
               hull_figure(line, "coarser-px"));
 }
-GST_END_TEST
-
-static Suite* adaptive_suite() {
-  Suite* suite = suite_create("hullbuild_adaptive");
-  TCase* tests = tcase_create("adaptive");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 120);
-  tcase_add_test(tests, what_is_held_up_becomes_coarser_and_fine_again);
-  tcase_add_test(tests, without_adaptive_contours_stay);
-  tcase_add_test(tests, waiting_for_the_time_is_no_load);
-  return suite;
-}
-
-GST_CHECK_MAIN(adaptive)

@@ -5,6 +5,7 @@
 #include <gst/app/gstappsrc.h>
 
 #include "builtin/stamp.h"
+#include "element_test.h"
 #include "hull_bench.h"
 
 using namespace polyhull;
@@ -45,7 +46,7 @@ bool warned(const std::vector<std::string>& warnings, std::initializer_list<cons
 
 }  // namespace
 
-GST_START_TEST(capture_times_match_branches_started_seconds_apart) {
+ELEMENT_TEST(capture_times_match_branches_started_seconds_apart) {
   Bench bench("", 3);
   for (int i = 0; i < 10; ++i) {
     for (int c = 0; c < 3; ++c)
@@ -65,9 +66,8 @@ GST_START_TEST(capture_times_match_branches_started_seconds_apart) {
   fail_unless(figure(bench.element, "offset-us-cam2") == 1000.0);
   fail_unless(bench.warnings().empty());
 }
-GST_END_TEST
 
-GST_START_TEST(timecodes_come_before_capture_times) {
+ELEMENT_TEST(timecodes_come_before_capture_times) {
   Bench bench("", 3);
   for (int i = 0; i < 5; ++i) {
     for (int c = 0; c < 3; ++c)
@@ -77,9 +77,8 @@ GST_START_TEST(timecodes_come_before_capture_times) {
   }
   fail_unless_equals_uint64(bench.count("sets-by-timecode"), 5);
 }
-GST_END_TEST
 
-GST_START_TEST(trigger_numbers_come_before_all) {
+ELEMENT_TEST(trigger_numbers_come_before_all) {
   Bench bench("", 2);
   for (int i = 0; i < 5; ++i) {
     for (int c = 0; c < 2; ++c) {
@@ -93,10 +92,9 @@ GST_START_TEST(trigger_numbers_come_before_all) {
   }
   fail_unless_equals_uint64(bench.count("sets-by-trigger"), 5);
 }
-GST_END_TEST
 
 /// Files that say no times have those of their frames' places, which is nothing to warn of.
-GST_START_TEST(running_times_are_the_last_resort_and_said) {
+ELEMENT_TEST(running_times_are_the_last_resort_and_said) {
   struct Case {
     bool live, one_tells;
     std::size_t warnings;
@@ -115,9 +113,8 @@ GST_START_TEST(running_times_are_the_last_resort_and_said) {
     if (!warnings.empty()) expect_in(warnings[0], {"matched by running time", "PTP"});
   }
 }
-GST_END_TEST
 
-GST_START_TEST(clocks_that_nobody_set_are_named) {
+ELEMENT_TEST(clocks_that_nobody_set_are_named) {
   Bench bench("", 2);
   for (int i = 0; i < 5; ++i) {
     for (int c = 0; c < 2; ++c)
@@ -128,9 +125,8 @@ GST_START_TEST(clocks_that_nobody_set_are_named) {
   fail_unless_equals_uint64(bench.count("sets-by-running-time"), 5);
   fail_unless(warned(bench.warnings(), {"clocks of cameras", "sink_1", "sink_0"}));
 }
-GST_END_TEST
 
-GST_START_TEST(a_clock_that_jumps_by_an_hour_stops_nobody) {
+ELEMENT_TEST(a_clock_that_jumps_by_an_hour_stops_nobody) {
   Bench bench("", 3);
   for (int i = 0; i < 30; ++i) {
     for (int c = 0; c < 3; ++c)
@@ -143,9 +139,8 @@ GST_START_TEST(a_clock_that_jumps_by_an_hour_stops_nobody) {
   fail_unless_equals_uint64(bench.count("clock-jumps-cam0"), 0);
   fail_unless(warned(bench.warnings(), {"clock of camera cam1 has jumped by +3600.000 s"}));
 }
-GST_END_TEST
 
-GST_START_TEST(a_camera_that_is_steadily_late_is_named) {
+ELEMENT_TEST(a_camera_that_is_steadily_late_is_named) {
   Bench bench("sync-tolerance=8000000", 3);
   // 3 ms of 8: within the tolerance, beyond a quarter of it; after 1.2 s it is right again.
   const auto run = [&](int begin, int end, std::int64_t late) {
@@ -165,9 +160,8 @@ GST_START_TEST(a_camera_that_is_steadily_late_is_named) {
   run(360, 400, 3000000);
   fail_unless(bench.warnings().empty());
 }
-GST_END_TEST
 
-GST_START_TEST(what_is_of_no_use_is_counted_per_camera) {
+ELEMENT_TEST(what_is_of_no_use_is_counted_per_camera) {
   Bench bench("", 3);
   for (int c = 0; c < 3; ++c) push_timed(bench, c, GST_SECOND, {far + 10 * frame_ns});
   bench.pull();
@@ -184,10 +178,9 @@ GST_START_TEST(what_is_of_no_use_is_counted_per_camera) {
   fail_unless_equals_uint64(bench.count("unusable-views-cam0"), 1);
   fail_unless_equals_uint64(bench.count("late-views-cam0"), 0);
 }
-GST_END_TEST
 
 // A segment that begins at running time 10 s: what was taken before cannot be told in it.
-GST_START_TEST(views_of_before_their_segment_are_early) {
+ELEMENT_TEST(views_of_before_their_segment_are_early) {
   Bench bench("", 2);
   for (GstHarness* input : bench.inputs) {
     GstSegment segment;
@@ -203,10 +196,9 @@ GST_START_TEST(views_of_before_their_segment_are_early) {
   fail_unless_equals_uint64(bench.count("early-views-cam1"), 1);
   fail_unless_equals_uint64(bench.count("views-early"), 1);
 }
-GST_END_TEST
 
 // Their times may be any time apart.
-GST_START_TEST(sets_by_trigger_name_no_camera_beside_the_others) {
+ELEMENT_TEST(sets_by_trigger_name_no_camera_beside_the_others) {
   Bench bench("sync-tolerance=8000000", 2);
   for (int i = 0; i < 200; ++i) {
     for (int c = 0; c < 2; ++c) {
@@ -221,10 +213,9 @@ GST_START_TEST(sets_by_trigger_name_no_camera_beside_the_others) {
   fail_unless_equals_uint64(bench.count("sets-by-trigger"), 200);
   fail_unless(bench.warnings().empty());
 }
-GST_END_TEST
 
 // By capture time alone: a missing view, one out of order, a camera that comes and goes.
-GST_START_TEST(cameras_come_and_go_by_capture_time) {
+ELEMENT_TEST(cameras_come_and_go_by_capture_time) {
   Bench bench("", 3);
   const auto push = [&](int camera, int i) {
     push_timed(bench, camera, i * frame_time + ahead[camera], {far + i * frame_ns});
@@ -248,9 +239,8 @@ GST_START_TEST(cameras_come_and_go_by_capture_time) {
   fail_unless_equals_uint64(bench.count("late-views-cam1"), 1);
   fail_unless_equals_uint64(bench.count("sets-incomplete"), 4);
 }
-GST_END_TEST
 
-GST_START_TEST(views_of_dropped_sets_are_counted) {
+ELEMENT_TEST(views_of_dropped_sets_are_counted) {
   Bench bench("missing-camera=drop-set", 2);
   push_timed(bench, 0, 0, {far});
   push_timed(bench, 0, frame_time, {far + frame_ns});
@@ -259,9 +249,8 @@ GST_START_TEST(views_of_dropped_sets_are_counted) {
   fail_unless_equals_uint64(bench.count("given-up-views-cam0"), 1);
   fail_unless_equals_uint64(bench.count("given-up-views-cam1"), 0);
 }
-GST_END_TEST
 
-GST_START_TEST(a_message_tells_of_the_sets) {
+ELEMENT_TEST(a_message_tells_of_the_sets) {
   Bench bench("", 2);
   const auto told = [&] {
     guint64 sets = 0;
@@ -292,7 +281,6 @@ GST_START_TEST(a_message_tells_of_the_sets) {
   bench.pull();
   fail_unless_equals_uint64(told(), 251);
 }
-GST_END_TEST
 
 // ---- two pipelines of one process, started 1.5 s apart: 15 frames of 10 a second
 
@@ -342,7 +330,7 @@ std::vector<int> labels_of(const Mesh& mesh) {
 
 }  // namespace
 
-GST_START_TEST(pipelines_started_apart_make_whole_sets) {
+ELEMENT_TEST(pipelines_started_apart_make_whole_sets) {
   GstClock* clock = gst_system_clock_obtain();
   const GstClockTime base = gst_clock_get_time(clock);
   GstElement* hull = parse(
@@ -364,7 +352,7 @@ GST_START_TEST(pipelines_started_apart_make_whole_sets) {
   gst_element_set_state(cameras[0].pipeline, GST_STATE_PLAYING);
   g_usleep(1500000);
   gst_element_set_state(cameras[1].pipeline, GST_STATE_PLAYING);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(hull), "sets");
+  GstElement* sink = named(hull, "sets");
   int whole = 0;
   for (int i = 0; i < 30; ++i) {
     GstSample* sample = gst_app_sink_try_pull_sample(GST_APP_SINK(sink), 20 * GST_SECOND);
@@ -380,9 +368,8 @@ GST_START_TEST(pipelines_started_apart_make_whole_sets) {
     ++whole;
   }
   fail_unless(whole >= 10, "%d whole sets", whole);
-  GstElement* builder = gst_bin_get_by_name(GST_BIN(hull), "hull");
+  GstElement* builder = named(hull, "hull");
   fail_unless(statistic(builder, "sets-by-capture-time") > 0);
-  gst_object_unref(builder);
   for (Branch& camera : cameras) gst_element_set_state(camera.pipeline, GST_STATE_NULL);
   gst_element_set_state(hull, GST_STATE_NULL);
   for (Branch& camera : cameras) {
@@ -390,32 +377,6 @@ GST_START_TEST(pipelines_started_apart_make_whole_sets) {
     gst_object_unref(camera.source);
     gst_object_unref(camera.pipeline);
   }
-  gst_object_unref(sink);
   gst_object_unref(hull);
   gst_object_unref(clock);
 }
-GST_END_TEST
-
-static Suite* clock_suite() {
-  Suite* suite = suite_create("hullbuild_clock");
-  TCase* tests = tcase_create("clocks");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 120);
-  tcase_add_test(tests, capture_times_match_branches_started_seconds_apart);
-  tcase_add_test(tests, timecodes_come_before_capture_times);
-  tcase_add_test(tests, trigger_numbers_come_before_all);
-  tcase_add_test(tests, running_times_are_the_last_resort_and_said);
-  tcase_add_test(tests, clocks_that_nobody_set_are_named);
-  tcase_add_test(tests, a_clock_that_jumps_by_an_hour_stops_nobody);
-  tcase_add_test(tests, a_camera_that_is_steadily_late_is_named);
-  tcase_add_test(tests, what_is_of_no_use_is_counted_per_camera);
-  tcase_add_test(tests, views_of_before_their_segment_are_early);
-  tcase_add_test(tests, sets_by_trigger_name_no_camera_beside_the_others);
-  tcase_add_test(tests, cameras_come_and_go_by_capture_time);
-  tcase_add_test(tests, views_of_dropped_sets_are_counted);
-  tcase_add_test(tests, a_message_tells_of_the_sets);
-  tcase_add_test(tests, pipelines_started_apart_make_whole_sets);
-  return suite;
-}
-
-GST_CHECK_MAIN(clock)

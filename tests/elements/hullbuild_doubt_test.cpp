@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "element_test.h"
 #include "hull_bench.h"
 
 using namespace polyhull;
@@ -24,7 +25,7 @@ void push_frame(Bench& bench, int frame, int off) {
 
 }  // namespace
 
-GST_START_TEST(test_a_bumped_camera_is_named_within_a_second) {
+ELEMENT_TEST(test_a_bumped_camera_is_named_within_a_second) {
   Bench bench;
   int frame = 0;
   for (int i = 0; i < 50; ++i) push_frame(bench, frame++, -1);
@@ -42,9 +43,8 @@ GST_START_TEST(test_a_bumped_camera_is_named_within_a_second) {
   for (int i = 0; i < 30; ++i) push_frame(bench, frame++, -1);
   fail_unless(figure(bench.element, "contradiction-percent") < 1.0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_camera_two_centimetres_off_is_named_within_a_second) {
+ELEMENT_TEST(test_a_camera_two_centimetres_off_is_named_within_a_second) {
   for (const bool turned : {false, true}) {
     Bench bench;
     int frame = 0;
@@ -67,7 +67,6 @@ GST_START_TEST(test_a_camera_two_centimetres_off_is_named_within_a_second) {
     fail_unless(figure(bench.element, "tangency-px-cam1-cam2") > 1.0);
   }
 }
-GST_END_TEST
 
 /// Frames of a box; cam2 sees a strip of background above it: beside it, or grown together with it.
 static void push_with_background(Bench& bench, int frame, float width, bool grown) {
@@ -98,7 +97,7 @@ static void push_with_background(Bench& bench, int frame, float width, bool grow
 }
 
 /// The camera stands where it should: what is told is what it sees.
-GST_START_TEST(test_background_is_no_camera_that_has_moved) {
+ELEMENT_TEST(test_background_is_no_camera_that_has_moved) {
   for (const float width : {3.0f, 60.0f})
     for (const bool grown : {false, true}) {
       Bench bench;
@@ -110,10 +109,9 @@ GST_START_TEST(test_background_is_no_camera_that_has_moved) {
       fail_unless(warnings[0].find("moved") == std::string::npos, "%s", warnings[0].c_str());
     }
 }
-GST_END_TEST
 
 /// It sees more than the others, or less, on all sides.
-GST_START_TEST(test_a_wrong_focal_length_is_no_background) {
+ELEMENT_TEST(test_a_wrong_focal_length_is_no_background) {
   for (const double factor : {0.9, 1.03, 1.1, 1.4}) {
     Bench bench;
     for (int i = 0; i < 2; ++i) bench.rig.cameras[1].K[i][i] *= factor;
@@ -123,16 +121,14 @@ GST_START_TEST(test_a_wrong_focal_length_is_no_background) {
     expect_in(warnings[0], {"most likely camera cam1", "calibration"});
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_moment_is_not_worth_a_word) {
+ELEMENT_TEST(test_a_moment_is_not_worth_a_word) {
   Bench bench;
   for (int frame = 0; frame < 60; ++frame) push_frame(bench, frame, frame == 30 ? 2 : -1);
   fail_unless(bench.warnings().empty());
 }
-GST_END_TEST
 
-GST_START_TEST(test_can_be_left_out) {
+ELEMENT_TEST(test_can_be_left_out) {
   Bench bench("check-cameras=false");
   for (int frame = 0; frame < 50; ++frame) push_frame(bench, frame, 2);
   fail_unless(bench.warnings().empty());
@@ -141,19 +137,3 @@ GST_START_TEST(test_can_be_left_out) {
   for (int frame = 50; frame < 75; ++frame) push_frame(bench, frame, 2);
   fail_unless_equals_int(bench.warnings().size(), 1);
 }
-GST_END_TEST
-
-static Suite* hullbuild_doubt_suite() {
-  Suite* suite = suite_create("hullbuild_doubt");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, test_a_bumped_camera_is_named_within_a_second);
-  tcase_add_test(tests, test_a_camera_two_centimetres_off_is_named_within_a_second);
-  tcase_add_test(tests, test_background_is_no_camera_that_has_moved);
-  tcase_add_test(tests, test_a_wrong_focal_length_is_no_background);
-  tcase_add_test(tests, test_a_moment_is_not_worth_a_word);
-  tcase_add_test(tests, test_can_be_left_out);
-  return suite;
-}
-
-GST_CHECK_MAIN(hullbuild_doubt);

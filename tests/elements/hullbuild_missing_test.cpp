@@ -3,6 +3,7 @@
 #include <gst/check/gstharness.h>
 #include <gst/check/gsttestclock.h>
 
+#include "element_test.h"
 #include "hull_bench.h"
 #include "render/projection.h"
 #include "scene/scene.h"
@@ -10,7 +11,7 @@
 using namespace polyhull;
 using namespace polyhull::test;
 
-GST_START_TEST(test_missing_views) {
+ELEMENT_TEST(test_missing_views) {
   // Frame 1 lacks camera 3. A queue holds one view, so camera 3 goes on first.
   const auto feed = [](Bench& bench) {
     for (int frame = 0; frame < 3; ++frame)
@@ -59,9 +60,8 @@ GST_START_TEST(test_missing_views) {
     fail_unless_equals_int(bench.messages(GST_MESSAGE_WARNING), 1);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_live_sets_wait_no_longer_than_max_wait) {
+ELEMENT_TEST(test_live_sets_wait_no_longer_than_max_wait) {
   Bench bench("max-wait=30000000", 3, true);
   GstTestClock* clock = gst_harness_get_testclock(bench.output);
   bench.push_box(0, 5);
@@ -87,10 +87,9 @@ GST_START_TEST(test_live_sets_wait_no_longer_than_max_wait) {
   fail_unless_equals_uint64(bench.count("views-late"), 1);
   gst_object_unref(clock);
 }
-GST_END_TEST
 
 /// A long gap speaks for its camera to its end, also when the deadline of its begin has passed.
-GST_START_TEST(test_long_gaps_count_in_live_streams) {
+ELEMENT_TEST(test_long_gaps_count_in_live_streams) {
   Bench bench("missing-camera=drop-camera max-wait=30000000", 3, true);
   GstTestClock* clock = gst_harness_get_testclock(bench.output);
   gst_harness_push_event(bench.inputs[2], gst_event_new_gap(200 * GST_MSECOND, GST_SECOND));
@@ -104,11 +103,10 @@ GST_START_TEST(test_long_gaps_count_in_live_streams) {
   fail_unless_equals_int(bench.pull()->views.size(), 2);
   gst_object_unref(clock);
 }
-GST_END_TEST
 
 /// Live, views that are not of the pad's camera are dropped, whatever is wrong with them, and the
 /// other cameras' sets go on.
-GST_START_TEST(test_live_views_of_wrong_cameras_are_dropped) {
+ELEMENT_TEST(test_live_views_of_wrong_cameras_are_dropped) {
   Bench bench("max-wait=30000000", 4, true);
   GstTestClock* clock = gst_harness_get_testclock(bench.output);
   const auto let_pass = [&](GstClockTime time) {
@@ -168,10 +166,9 @@ GST_START_TEST(test_live_views_of_wrong_cameras_are_dropped) {
   fail_unless_equals_uint64(bench.count("views-unusable"), 5);
   gst_object_unref(clock);
 }
-GST_END_TEST
 
 /// Silhouettes that meet nowhere: a rig that is not this stage's, or swapped cameras. Said once.
-GST_START_TEST(test_silhouettes_without_a_common_point_are_said) {
+ELEMENT_TEST(test_silhouettes_without_a_common_point_are_said) {
   Bench bench;
   Box elsewhere;
   elsewhere.centre.x = 1.2;
@@ -183,10 +180,9 @@ GST_START_TEST(test_silhouettes_without_a_common_point_are_said) {
   fail_unless_equals_int(warnings.size(), 1);
   expect_in(warnings[0], {"All 4 cameras", "no point of space in common", "swapped", "unit"});
 }
-GST_END_TEST
 
 /// One empty hull may be a subject that has just left: five in a row are said, once.
-GST_START_TEST(test_few_empty_hulls_are_not_said) {
+ELEMENT_TEST(test_few_empty_hulls_are_not_said) {
   Bench bench;
   Box elsewhere;
   elsewhere.centre.x = 1.2;
@@ -204,10 +200,9 @@ GST_START_TEST(test_few_empty_hulls_are_not_said) {
   fail_unless(push(true));
   fail_unless_equals_int(bench.warnings().size(), 1);
 }
-GST_END_TEST
 
 /// A set that lacks cameras is dropped for hold-time, then built; that is said once, by name.
-GST_START_TEST(test_freeze_drops_for_a_moment_and_then_builds) {
+ELEMENT_TEST(test_freeze_drops_for_a_moment_and_then_builds) {
   Bench bench("missing-camera=freeze hold-time=80000000", 4);
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
   fail_unless_equals_int(bench.pull()->views.size(), 4);
@@ -227,10 +222,9 @@ GST_START_TEST(test_freeze_drops_for_a_moment_and_then_builds) {
   fail_unless_equals_int(warnings.size(), 1);
   expect_in(warnings[0], {"from 3 cameras, without cam3", "missing-camera"});
 }
-GST_END_TEST
 
 /// A hold-time that is shorter than a frame holds one all the same: at 24/s the default is.
-GST_START_TEST(test_a_lost_frame_is_held_at_any_rate) {
+ELEMENT_TEST(test_a_lost_frame_is_held_at_any_rate) {
   for (const char* mode : {"freeze", "hold"}) {
     Bench bench(std::string("hold-time=30000000 missing-camera=") + mode);
     for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
@@ -244,10 +238,9 @@ GST_START_TEST(test_a_lost_frame_is_held_at_any_rate) {
     fail_unless_equals_int(bench.pull()->views.size(), 4);
   }
 }
-GST_END_TEST
 
 /// What will not come again is not waited for.
-GST_START_TEST(test_freeze_does_not_wait_for_who_has_ended) {
+ELEMENT_TEST(test_freeze_does_not_wait_for_who_has_ended) {
   Bench bench("missing-camera=freeze hold-time=80000000", 4);
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
   fail_unless_equals_int(bench.pull()->views.size(), 4);
@@ -258,10 +251,9 @@ GST_START_TEST(test_freeze_does_not_wait_for_who_has_ended) {
   fail_unless_equals_int(mesh->views.size(), 3);
   fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 0);
 }
-GST_END_TEST
 
 /// Who sends, but too late, is waited for ten times as long as who is silent.
-GST_START_TEST(test_freeze_waits_longer_for_who_sends_late) {
+ELEMENT_TEST(test_freeze_waits_longer_for_who_sends_late) {
   for (const bool sends : {true, false}) {
     Bench bench("missing-camera=freeze hold-time=80000000 max-wait=30000000", 3, true);
     GstTestClock* clock = gst_harness_get_testclock(bench.output);
@@ -286,9 +278,8 @@ GST_START_TEST(test_freeze_waits_longer_for_who_sends_late) {
     gst_object_unref(clock);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_fewer_than_three_of_many_are_no_set) {
+ELEMENT_TEST(test_fewer_than_three_of_many_are_no_set) {
   Bench bench("min-cameras=0", 4);
   for (int i = 0; i < 2; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
   for (int i = 2; i < 4; ++i) bench.push_box(i, 0);
@@ -299,11 +290,10 @@ GST_START_TEST(test_fewer_than_three_of_many_are_no_set) {
   for (int i = 0; i < 2; ++i) two.push_box(i, 0);
   fail_unless_equals_int(two.pull()->views.size(), 2);
 }
-GST_END_TEST
 
 /// Where too few cameras are left, the last set stands still for half a second, fades out over .3 s, and
 /// in again with the sets once the cameras are back.
-GST_START_TEST(test_a_subject_of_too_few_cameras_fades) {
+ELEMENT_TEST(test_a_subject_of_too_few_cameras_fades) {
   Bench bench("missing-camera=freeze min-cameras=0 hold-time=80000000", 4);
   const auto push = [&](int frame, std::initializer_list<int> cameras) {
     for (const int i : cameras) bench.push_box(i, frame);
@@ -337,11 +327,10 @@ GST_START_TEST(test_a_subject_of_too_few_cameras_fades) {
   fail_unless_equals_int(warnings.size(), 1);
   expect_in(warnings[0], {"hidden", "cam1", "cam2", "2 views, 3 are asked for", "min-cameras"});
 }
-GST_END_TEST
 
 /// A flush of one camera, or another rig, does not leave the subject standing, nor bring it back at once.
-GST_START_TEST(test_a_subject_that_fades_is_not_forgotten) {
-  const std::string file = folder("same.json");
+ELEMENT_TEST(test_a_subject_that_fades_is_not_forgotten) {
+  const std::string file = folder.file("same.json");
   std::ofstream(file) << rig_to_json(default_rig());
   for (const bool flush : {true, false}) {
     Bench bench("min-cameras=0");
@@ -382,13 +371,12 @@ GST_START_TEST(test_a_subject_that_fades_is_not_forgotten) {
     fail_unless(std::abs(opacity_of(30, 4) - 40.0f / 300.0f) < 1e-5f);
   }
 }
-GST_END_TEST
 
 /// What fades is built as what is shown: as coarse, and nothing odd in it ends the stream.
-GST_START_TEST(test_what_fades_is_built_like_the_rest) {
+ELEMENT_TEST(test_what_fades_is_built_like_the_rest) {
   Rig wide = default_rig();
   for (Camera& camera : wide.cameras) camera.K[0][0] = camera.K[1][1] = 1.0;
-  const std::string file = folder("wide_fade.json");
+  const std::string file = folder.file("wide_fade.json");
   std::ofstream(file) << rig_to_json(wide);
   Bench bench("adaptive=true surface=none min-cameras=0 rig=" + file);
   bench.rig = wide;
@@ -421,10 +409,9 @@ GST_START_TEST(test_what_fades_is_built_like_the_rest) {
   fail_unless_equals_uint64(bench.count("sets-refused"), 1);
   fail_unless_equals_int(bench.messages(GST_MESSAGE_ERROR), 0);
 }
-GST_END_TEST
 
 /// A fade that the streams' end cuts short, or the silence of all cameras, leaves nothing translucent.
-GST_START_TEST(test_a_fade_is_never_left_half_way) {
+ELEMENT_TEST(test_a_fade_is_never_left_half_way) {
   for (const bool live : {false, true}) {
     for (const bool in : {false, true}) {
       Bench bench(live ? "min-cameras=0 max-wait=30000000" : "min-cameras=0", 4, live);
@@ -466,10 +453,9 @@ GST_START_TEST(test_a_fade_is_never_left_half_way) {
     }
   }
 }
-GST_END_TEST
 
 /// Three cameras in a row do not bound anybody, whether the two beside it are lost at once or one by one.
-GST_START_TEST(test_a_subject_without_bounds_fades) {
+ELEMENT_TEST(test_a_subject_without_bounds_fades) {
   Rig rig = default_rig();
   rig.cameras.clear();
   for (const double degrees : {0.0, 15.0, 180.0, 45.0, 90.0}) {
@@ -478,7 +464,7 @@ GST_START_TEST(test_a_subject_without_bounds_fades) {
                                   {0.0, 0.95, 0.0}, 58.0, 1024, 768));
     rig.cameras.back().name = "cam" + std::to_string(rig.cameras.size() - 1);
   }
-  const std::string file = folder("row.json");
+  const std::string file = folder.file("row.json");
   std::ofstream(file) << rig_to_json(rig);
   for (const bool at_once : {true, false}) {
     Bench bench("missing-camera=drop-camera min-cameras=0 rig=" + file, 5);
@@ -502,10 +488,9 @@ GST_START_TEST(test_a_subject_without_bounds_fades) {
     expect_in(warnings.back(), {"hidden", "cam4", "times as large", "min-cameras"});
   }
 }
-GST_END_TEST
 
 /// Cameras that lose frames in turn: what one cuts away is not lost anew with each.
-GST_START_TEST(test_growth_is_that_beyond_all_cameras) {
+ELEMENT_TEST(test_growth_is_that_beyond_all_cameras) {
   Bench bench("min-cameras=0");
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
   bench.pull();
@@ -522,10 +507,9 @@ GST_START_TEST(test_growth_is_that_beyond_all_cameras) {
   }
   fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 0);
 }
-GST_END_TEST
 
 /// What is connected is all there is: cameras that are taken away do not hide the subject.
-GST_START_TEST(test_released_cameras_are_not_missed) {
+ELEMENT_TEST(test_released_cameras_are_not_missed) {
   Bench bench("min-cameras=0");
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
   fail_unless_equals_int(bench.pull()->views.size(), 4);
@@ -537,9 +521,8 @@ GST_START_TEST(test_released_cameras_are_not_missed) {
   }
   fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_views_are_held_for_hold_time) {
+ELEMENT_TEST(test_views_are_held_for_hold_time) {
   Bench bench("missing-camera=hold hold-time=100000000", 4);
   // Camera 3 leaves frames 1 to 4 out. A queue holds one view, so its next one goes first.
   for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
@@ -552,16 +535,15 @@ GST_START_TEST(test_views_are_held_for_hold_time) {
   }
   fail_unless_equals_uint64(bench.count("views-held"), 2);
 }
-GST_END_TEST
 
 /// A rig whose camera has another size has no use for the pictures of before.
-GST_START_TEST(test_views_of_another_size_are_not_held) {
+ELEMENT_TEST(test_views_of_another_size_are_not_held) {
   Bench bench("missing-camera=hold hold-time=1000000000", 4);
   for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
   fail_unless_equals_int(bench.pull()->views.size(), 4);
   Rig rig = default_rig();
   rig.cameras[3] = resized(rig.cameras[3], 512, 384);
-  const std::string path = folder("smaller.json");
+  const std::string path = folder.file("smaller.json");
   std::ofstream(path) << rig_to_json(rig);
   g_object_set(bench.element, "rig", path.c_str(), nullptr);
   gst_harness_push_event(bench.inputs[3], gst_event_new_gap(frame_time, 20 * frame_time));
@@ -569,34 +551,3 @@ GST_START_TEST(test_views_of_another_size_are_not_held) {
   fail_unless_equals_int(bench.pull()->views.size(), 3);
   fail_unless_equals_uint64(bench.count("views-held"), 0);
 }
-GST_END_TEST
-
-static Suite* hullbuild_missing_suite() {
-  Suite* suite = suite_create("hullbuild_missing");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, test_missing_views);
-  tcase_add_test(tests, test_live_sets_wait_no_longer_than_max_wait);
-  tcase_add_test(tests, test_long_gaps_count_in_live_streams);
-  tcase_add_test(tests, test_live_views_of_wrong_cameras_are_dropped);
-  tcase_add_test(tests, test_silhouettes_without_a_common_point_are_said);
-  tcase_add_test(tests, test_few_empty_hulls_are_not_said);
-  tcase_add_test(tests, test_freeze_drops_for_a_moment_and_then_builds);
-  tcase_add_test(tests, test_a_lost_frame_is_held_at_any_rate);
-  tcase_add_test(tests, test_freeze_does_not_wait_for_who_has_ended);
-  tcase_add_test(tests, test_freeze_waits_longer_for_who_sends_late);
-  tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
-  tcase_add_test(tests, test_a_subject_of_too_few_cameras_fades);
-  tcase_add_test(tests, test_a_subject_that_fades_is_not_forgotten);
-  tcase_add_test(tests, test_what_fades_is_built_like_the_rest);
-  tcase_add_test(tests, test_a_fade_is_never_left_half_way);
-  tcase_add_test(tests, test_a_subject_without_bounds_fades);
-  tcase_add_test(tests, test_growth_is_that_beyond_all_cameras);
-  tcase_add_test(tests, test_released_cameras_are_not_missed);
-  tcase_add_test(tests, test_views_are_held_for_hold_time);
-  tcase_add_test(tests, test_views_of_another_size_are_not_held);
-  return suite;
-}
-
-GST_CHECK_MAIN(hullbuild_missing)

@@ -2,6 +2,7 @@
 // hullbuild repair=…: one camera's matte has a hole, another a speck of background.
 #include <algorithm>
 
+#include "element_test.h"
 #include "hull/measure.h"
 #include "hull_bench.h"
 
@@ -23,7 +24,7 @@ struct FacingBench : Bench {
     return rig;
   }
   static std::string file() {
-    const std::string path = folder("facing") + ".json";
+    const std::string path = folder.file("facing") + ".json";
     std::ofstream(path) << rig_to_json(facing());
     return path;
   }
@@ -61,7 +62,7 @@ double volume_of(const std::string& properties, bool spoilt = true) {
 
 }  // namespace
 
-GST_START_TEST(test_off_by_default) {
+ELEMENT_TEST(test_off_by_default) {
   FacingBench bench;
   push_spoilt(bench, 0);
   const auto mesh = bench.pull();
@@ -70,9 +71,8 @@ GST_START_TEST(test_off_by_default) {
   fail_unless_equals_uint64(bench.count("holes-filled"), 0);
   fail_unless(enclosed_volume(mesh->hull) < 0.99 * volume_of("", false));
 }
-GST_END_TEST
 
-GST_START_TEST(test_holes_are_filled) {
+ELEMENT_TEST(test_holes_are_filled) {
   FacingBench bench("repair=holes");
   push_spoilt(bench, 0);
   const auto mesh = bench.pull();
@@ -86,9 +86,8 @@ GST_START_TEST(test_holes_are_filled) {
   fail_unless_equals_uint64(bench.count("pieces-dropped"), 0);
   fail_unless(figure(bench.element, "repair-ms") > 0.0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_without_a_surface_nothing_is_built) {
+ELEMENT_TEST(test_without_a_surface_nothing_is_built) {
   FacingBench bench("surface=none repair=both");
   push_spoilt(bench, 0);
   const auto views = bench.pull();
@@ -104,9 +103,8 @@ GST_START_TEST(test_without_a_surface_nothing_is_built) {
   push_spoilt(bench, 1);
   fail_unless(enclosed_volume(bench.pull()->hull) == volume_of("", false));
 }
-GST_END_TEST
 
-GST_START_TEST(test_pieces_are_dropped) {
+ELEMENT_TEST(test_pieces_are_dropped) {
   FacingBench bench("repair=both");
   push_spoilt(bench, 0);
   const auto mesh = bench.pull();
@@ -115,19 +113,17 @@ GST_START_TEST(test_pieces_are_dropped) {
   fail_unless_equals_uint64(bench.count("pieces-dropped"), 1);
   fail_unless_equals_uint64(bench.count("pieces-dropped-cam2"), 1);
 }
-GST_END_TEST
 
 /// A hole so small that it leaves no silhouette uncovered may be a gap.
-GST_START_TEST(test_what_is_not_proven_stays) {
+ELEMENT_TEST(test_what_is_not_proven_stays) {
   hole_size = 8.0f;
   const double torn = volume_of("");
   fail_unless(volume_of("repair=holes") == torn);
   hole_size = 25.0f;
   fail_unless(volume_of("repair=holes") > torn);
 }
-GST_END_TEST
 
-GST_START_TEST(test_bytes_of_sound_silhouettes_stay) {
+ELEMENT_TEST(test_bytes_of_sound_silhouettes_stay) {
   std::vector<std::uint8_t> bytes[2];
   for (const bool on : {false, true}) {
     FacingBench bench(on ? "repair=both" : "");
@@ -137,9 +133,8 @@ GST_START_TEST(test_bytes_of_sound_silhouettes_stay) {
   }
   fail_unless(bytes[0] == bytes[1]);
 }
-GST_END_TEST
 
-GST_START_TEST(test_can_be_changed_while_playing) {
+ELEMENT_TEST(test_can_be_changed_while_playing) {
   FacingBench bench("");
   int frame = 0;
   for (const char* value : {"off", "holes", "both", "off"}) {
@@ -151,9 +146,8 @@ GST_START_TEST(test_can_be_changed_while_playing) {
     fail_unless_equals_int(mesh->views[2].view.contours.size(), repair == "both" ? 1 : 2);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_what_lasts_is_said_once) {
+ELEMENT_TEST(test_what_lasts_is_said_once) {
   FacingBench bench("repair=both");
   int frame = 0;
   // Two seconds, a pause of two seconds, two seconds: nothing lasts.
@@ -177,21 +171,3 @@ GST_START_TEST(test_what_lasts_is_said_once) {
   expect_in(warnings[0], {"camera cam1", "3.0 s", "1 holes are filled, 0 pieces"});
   expect_in(warnings[1], {"camera cam2", "3.0 s", "0 holes are filled, 1 pieces"});
 }
-GST_END_TEST
-
-static Suite* hullbuild_repair_suite() {
-  Suite* suite = suite_create("hullbuild_repair");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, test_off_by_default);
-  tcase_add_test(tests, test_holes_are_filled);
-  tcase_add_test(tests, test_without_a_surface_nothing_is_built);
-  tcase_add_test(tests, test_pieces_are_dropped);
-  tcase_add_test(tests, test_what_is_not_proven_stays);
-  tcase_add_test(tests, test_bytes_of_sound_silhouettes_stay);
-  tcase_add_test(tests, test_can_be_changed_while_playing);
-  tcase_add_test(tests, test_what_lasts_is_said_once);
-  return suite;
-}
-
-GST_CHECK_MAIN(hullbuild_repair);

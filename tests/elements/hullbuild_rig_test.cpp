@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // hullbuild says where the rig, and not one camera, is wrong: another stage's, another unit, bounds
 // elsewhere, no floor. Each is said once.
-#include <filesystem>
 #include <fstream>
 
+#include "element_test.h"
 #include "hull_bench.h"
 #include "plugins/common/rig_event.h"
 
@@ -13,7 +13,7 @@ using namespace polyhull::test;
 namespace {
 
 std::string write_rig(const std::string& name, const Rig& rig) {
-  const std::string path = folder(name) + ".json";
+  const std::string path = folder.file(name) + ".json";
   std::ofstream(path) << rig_to_json(rig);
   return path;
 }
@@ -54,7 +54,7 @@ void expect_one(const std::vector<std::string>& warnings,
 
 }  // namespace
 
-GST_START_TEST(test_a_wrong_unit_is_said_once) {
+ELEMENT_TEST(test_a_wrong_unit_is_said_once) {
   expect_one(said_by("as_mm", scaled_rig(1.0, "mm"), {}, 40),
              {"0.00172 m high", "unit is mm", "in m, the subject is 1.72 m", "polyhull-rig check"});
   expect_one(said_by("as_cm", scaled_rig(1.0, "cm"), {}, 40), {"0.0172 m high", "\"unit\": \"m\""});
@@ -64,9 +64,8 @@ GST_START_TEST(test_a_wrong_unit_is_said_once) {
   expect_one(said_by("mm_as_cm", scaled_rig(1000.0, "cm"), {}, 40), {"17.2 m high", "in mm"});
   fail_unless(said_by("right_mm", scaled_rig(1000.0, "mm"), {}, 10).empty());
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_rig_may_be_mended_and_spoiled_while_playing) {
+ELEMENT_TEST(test_a_rig_may_be_mended_and_spoiled_while_playing) {
   const std::string wrong = write_rig("wrong", scaled_rig(1.0, "mm"));
   Bench bench;
   fail_unless(said(bench, {}, 10).empty());
@@ -80,9 +79,8 @@ GST_START_TEST(test_a_rig_may_be_mended_and_spoiled_while_playing) {
     fail_unless(said(bench, {}, 10, 35 + 40 * round).empty());
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_small_and_large_subjects_are_none_of_a_wrong_unit) {
+ELEMENT_TEST(test_small_and_large_subjects_are_none_of_a_wrong_unit) {
   const Box ball{{0.0, 1.0, 0.0}, {0.03, 0.03, 0.03}},
       fingertip{{0.2, 1.0, 0.1}, {0.004, 0.004, 0.004}};
   const Box acrobats{{0.0, 1.3, 0.0}, {0.5, 1.2, 0.5}};
@@ -97,9 +95,8 @@ GST_START_TEST(test_small_and_large_subjects_are_none_of_a_wrong_unit) {
   fail_unless(said_by("table_top_mm", scaled_rig(100.0, "mm"), {}, 10).empty());
   fail_unless(said_by("hall", scaled_rig(7.0, "m"), ball, 10).empty());
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_wrong_rig_is_said_and_no_camera_is_blamed) {
+ELEMENT_TEST(test_a_wrong_rig_is_said_and_no_camera_is_blamed) {
   const Rig five = load_rig(std::string(g_getenv("POLYHULL_SOURCE")) + "/pipelines/rigs/five.json");
   Bench bench;
   fail_unless(said(bench, {}, 10).empty());
@@ -112,24 +109,21 @@ GST_START_TEST(test_a_wrong_rig_is_said_and_no_camera_is_blamed) {
   fail_unless(warnings[0].find("most likely camera") == std::string::npos);
   fail_unless(bench.count("sets-contradicted") > 60);
 }
-GST_END_TEST
 
-GST_START_TEST(test_bounds_elsewhere_are_said_with_the_place) {
+ELEMENT_TEST(test_bounds_elsewhere_are_said_with_the_place) {
   Rig rig = default_rig();
   rig.bounds = Bounds{Vec3(1000.0, 0.0, -1200.0), Vec3(2000.0, 2300.0, 1200.0)};
   expect_one(said_by("bounds_mm", rig, {}, 40),
              {"within the rig's bounds", "(-0.258, 0.105, -0.222)", "use-bounds=false"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_one_camera_far_off_with_an_empty_hull_is_one_warning) {
+ELEMENT_TEST(test_one_camera_far_off_with_an_empty_hull_is_one_warning) {
   Bench bench;
   bench.rig.cameras[2].t.y += 2.0;
   expect_one(said(bench, {}, 40), {"the hull is empty", "most likely camera cam2"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_rig_without_a_floor_is_said_once) {
+ELEMENT_TEST(test_a_rig_without_a_floor_is_said_once) {
   Rig rig = default_rig();
   rig.bounds.reset();
   expect_one(said_by("no_floor", rig, {}, 40), {"look down", "no bounds", "polyhull-rig level"});
@@ -142,9 +136,8 @@ GST_START_TEST(test_a_rig_without_a_floor_is_said_once) {
   bench.rig = rig;
   fail_unless(said(bench, {}, 10).empty());
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_distortion_that_no_lens_has_is_said) {
+ELEMENT_TEST(test_a_distortion_that_no_lens_has_is_said) {
   Rig rig = default_rig();
   rig.cameras[0].distortion = {-0.3, 0.1, 0.001, 0.001, -0.01};
   rig.cameras[1].distortion = {-2.0, 0.0, 0.0, 0.0, 0.0};
@@ -159,10 +152,9 @@ GST_START_TEST(test_a_distortion_that_no_lens_has_is_said) {
   fail_unless(!mesh->views[1].calibration.has_distortion());
   fail_unless(bench.warnings().empty());
 }
-GST_END_TEST
 
 /// Views may bring their rig, as takesrc's do: it stands in for the property, and one rig only.
-GST_START_TEST(test_views_bring_their_rig) {
+ELEMENT_TEST(test_views_bring_their_rig) {
   const auto tell = [](Bench& bench, int pad, const std::string& json) {
     gst_harness_push_event(bench.inputs[pad], element::make_rig_event(json));
   };
@@ -209,11 +201,10 @@ GST_START_TEST(test_views_bring_their_rig) {
   for (int i = 0; i < 4; ++i) broken.push_box(i, 0);
   expect_in(broken.error(), {"rig that came with the views", "version"});
 }
-GST_END_TEST
 
 /// One take behind another on the same pads (concat), in whatever order the pads come to it, and one
 /// that brings no rig; and one in the place of another, on pads of its own.
-GST_START_TEST(test_another_take_brings_its_own_rig) {
+ELEMENT_TEST(test_another_take_brings_its_own_rig) {
   Bench bench;
   int frame = 0;
   const auto first_camera = [&] {
@@ -251,23 +242,3 @@ GST_START_TEST(test_another_take_brings_its_own_rig) {
   fail_unless(first_camera() == default_rig().cameras[0].t);
   fail_unless(bench.warnings().empty());
 }
-GST_END_TEST
-
-static Suite* hullbuild_rig_suite() {
-  Suite* suite = suite_create("hullbuild_rig");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, test_a_wrong_unit_is_said_once);
-  tcase_add_test(tests, test_a_rig_may_be_mended_and_spoiled_while_playing);
-  tcase_add_test(tests, test_small_and_large_subjects_are_none_of_a_wrong_unit);
-  tcase_add_test(tests, test_a_wrong_rig_is_said_and_no_camera_is_blamed);
-  tcase_add_test(tests, test_bounds_elsewhere_are_said_with_the_place);
-  tcase_add_test(tests, test_one_camera_far_off_with_an_empty_hull_is_one_warning);
-  tcase_add_test(tests, test_a_rig_without_a_floor_is_said_once);
-  tcase_add_test(tests, test_a_distortion_that_no_lens_has_is_said);
-  tcase_add_test(tests, test_views_bring_their_rig);
-  tcase_add_test(tests, test_another_take_brings_its_own_rig);
-  return suite;
-}
-
-GST_CHECK_MAIN(hullbuild_rig);

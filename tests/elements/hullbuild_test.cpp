@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "base/thread_pool.h"
+#include "element_test.h"
 #include "hull/measure.h"
 #include "hull_bench.h"
 #include "rig/undistort.h"
@@ -15,12 +16,11 @@
 using namespace polyhull;
 using namespace polyhull::test;
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("hullbuild");
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_box_becomes_its_hull) {
+ELEMENT_TEST(test_a_box_becomes_its_hull) {
   Bench bench;
   const Box box;
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0, box);
@@ -65,9 +65,8 @@ GST_START_TEST(test_a_box_becomes_its_hull) {
   fail_unless_equals_uint64(bench.count("cameras"), 4);
   fail_unless(bench.count("faces") > 0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_order_of_pads_and_arrival_changes_nothing) {
+ELEMENT_TEST(test_order_of_pads_and_arrival_changes_nothing) {
   std::vector<std::uint8_t> first;
   const int orders[][4] = {{0, 1, 2, 3}, {3, 1, 0, 2}, {2, 3, 1, 0}};
   for (int threads : {1, 2})
@@ -81,9 +80,8 @@ GST_START_TEST(test_order_of_pads_and_arrival_changes_nothing) {
       fail_unless(bench.bytes == first);
     }
 }
-GST_END_TEST
 
-GST_START_TEST(test_pixels_are_shared_and_outlive_the_element) {
+ELEMENT_TEST(test_pixels_are_shared_and_outlive_the_element) {
   auto bench = std::make_unique<Bench>();
   std::vector<std::uint8_t> pixels[4];
   std::vector<gconstpointer> addresses;
@@ -112,12 +110,11 @@ GST_START_TEST(test_pixels_are_shared_and_outlive_the_element) {
   }
   gst_buffer_unref(mesh);
 }
-GST_END_TEST
 
-GST_START_TEST(test_odd_silhouettes_cost_their_set_only) {
+ELEMENT_TEST(test_odd_silhouettes_cost_their_set_only) {
   Rig wide = default_rig();
   for (Camera& camera : wide.cameras) camera.K[0][0] = camera.K[1][1] = 1.0;
-  const std::string path = folder("wide") + ".json";
+  const std::string path = folder.file("wide") + ".json";
   std::ofstream(path) << rig_to_json(wide);
   Bench bench("rig=" + path, 2);
   bench.rig = wide;
@@ -131,9 +128,8 @@ GST_START_TEST(test_odd_silhouettes_cost_their_set_only) {
   fail_unless_equals_uint64(bench.count("sets-refused"), 1);
   fail_unless(bench.messages(GST_MESSAGE_WARNING) >= 1);
 }
-GST_END_TEST
 
-GST_START_TEST(test_latency_is_reported) {
+ELEMENT_TEST(test_latency_is_reported) {
   Bench bench("max-wait=70000000", 2, true);
   for (GstHarness* input : bench.inputs) gst_harness_set_upstream_latency(input, 10 * GST_MSECOND);
   bench.push_box(0, 0);
@@ -147,9 +143,8 @@ GST_START_TEST(test_latency_is_reported) {
   fail_unless(bench.messages(GST_MESSAGE_LATENCY) >= 1);
   fail_unless(gst_harness_query_latency(bench.output) >= latency + 19 * GST_MSECOND);
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_cameras_are_named) {
+ELEMENT_TEST(test_bad_cameras_are_named) {
   {
     Bench bench("", 2);
     bench.push_box(0, 0);
@@ -192,10 +187,9 @@ GST_START_TEST(test_bad_cameras_are_named) {
     fail_unless(mesh->views[0].view.camera == "cam1" && mesh->views[1].view.camera == "cam2");
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_rigs_are_named) {
-  const std::string bad = folder("rig.json");
+ELEMENT_TEST(test_bad_rigs_are_named) {
+  const std::string bad = folder.file("rig.json");
   std::ofstream(bad) << "{ oops";
   for (const auto& [rig, part] :
        {std::pair<std::string, const char*>{"/nowhere/rig.json", "rig.json"},
@@ -205,13 +199,11 @@ GST_START_TEST(test_bad_rigs_are_named) {
                            GST_STATE_CHANGE_FAILURE);
     const std::string message = wait_for_end(pipeline, GST_SECOND);
     expect_in(message, {part});
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
+    stop(pipeline);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_hostile_views_are_dropped) {
+ELEMENT_TEST(test_hostile_views_are_dropped) {
   Bench bench("missing-camera=drop-camera", 3);
   std::vector<std::uint8_t> pixels;
   std::vector<std::uint8_t> bytes = write_view(box_view(bench.rig.cameras[0], {}, 0, pixels));
@@ -228,9 +220,8 @@ GST_START_TEST(test_hostile_views_are_dropped) {
   fail_unless_equals_uint64(bench.count("views-unusable"), 3);
   fail_unless(bench.messages(GST_MESSAGE_WARNING) >= 1);
 }
-GST_END_TEST
 
-GST_START_TEST(test_empty_full_and_lone_silhouettes) {
+ELEMENT_TEST(test_empty_full_and_lone_silhouettes) {
   Bench bench;
   std::vector<std::uint8_t> pixels;
   const auto push_contours = [&](int input, int frame, const Rings& rings) {
@@ -269,9 +260,8 @@ GST_START_TEST(test_empty_full_and_lone_silhouettes) {
   fail_unless_equals_uint64(bench.count("full-silhouettes"), 5);
   fail_unless(bench.messages(GST_MESSAGE_WARNING) >= 1);
 }
-GST_END_TEST
 
-GST_START_TEST(test_flush_starts_anew) {
+ELEMENT_TEST(test_flush_starts_anew) {
   Bench bench;
   for (int i = 0; i < 4; ++i) bench.push_box(i, 7);
   bench.pull();
@@ -292,7 +282,6 @@ GST_START_TEST(test_flush_starts_anew) {
   fail_unless_equals_uint64(GST_BUFFER_PTS(bench.last.get()), 2 * frame_time);
   fail_unless_equals_uint64(bench.count("views-late"), 0);
 }
-GST_END_TEST
 
 // The mesh at which a paused pipeline stands.
 static Mesh mesh_at(GstElement* sink, GstClockTime& time, std::vector<std::uint8_t>& bytes) {
@@ -307,7 +296,7 @@ static Mesh mesh_at(GstElement* sink, GstClockTime& time, std::vector<std::uint8
   return read_mesh(Bytes(bytes));
 }
 
-GST_START_TEST(test_seek) {
+ELEMENT_TEST(test_seek) {
   std::string line = "hullbuild name=hull ! fakesink name=sink sync=true ";
   for (const char* camera : {"cam0", "cam1"})
     line += std::string("rigtestsrc camera=") + camera +
@@ -315,7 +304,7 @@ GST_START_TEST(test_seek) {
             "contourfind camera=" +
             camera + " ! queue ! hull. ";
   GstElement* pipeline = parse(line);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   gst_element_set_state(pipeline, GST_STATE_PAUSED);
   gst_element_get_state(pipeline, nullptr, nullptr, 15 * GST_SECOND);
   std::vector<std::uint8_t> bytes;
@@ -332,12 +321,10 @@ GST_START_TEST(test_seek) {
     fail_unless_equals_int(mesh.views.size(), 2);
   }
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(sink);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_live_change_of_rig) {
+ELEMENT_TEST(test_live_change_of_rig) {
   Bench bench;
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
   bench.pull();
@@ -345,7 +332,7 @@ GST_START_TEST(test_live_change_of_rig) {
   rig.unit = "mm";
   for (Camera& camera : rig.cameras) camera.t *= 1000.0;
   rig.bounds.reset();
-  const std::string path = folder("metric.json");
+  const std::string path = folder.file("metric.json");
   std::ofstream(path) << rig_to_json(rig);
   g_object_set(bench.element, "rig", path.c_str(), nullptr);
   for (int i = 0; i < 4; ++i) bench.push_box(i, 1);
@@ -358,9 +345,8 @@ GST_START_TEST(test_live_change_of_rig) {
   fail_unless_equals_float(bench.pull()->metres_per_unit, 0.001);
   fail_unless_equals_uint64(bench.count("rigs-refused"), 1);
 }
-GST_END_TEST
 
-GST_START_TEST(test_gaps_and_ends) {
+ELEMENT_TEST(test_gaps_and_ends) {
   Bench bench("missing-camera=drop-camera", 3);
   bench.push_box(0, 0);
   bench.push_box(1, 0);
@@ -380,9 +366,8 @@ GST_START_TEST(test_gaps_and_ends) {
   } while (GST_EVENT_TYPE(event) != GST_EVENT_EOS);
   gst_event_unref(event);
 }
-GST_END_TEST
 
-GST_START_TEST(test_unchanged_silhouettes_are_not_built_again) {
+ELEMENT_TEST(test_unchanged_silhouettes_are_not_built_again) {
   Bench bench;
   std::vector<std::uint32_t> triangles;
   for (int frame = 0; frame < 5; ++frame) {
@@ -398,10 +383,9 @@ GST_START_TEST(test_unchanged_silhouettes_are_not_built_again) {
   fail_unless_equals_float(figure(bench.element, "threads-used"), 1.0);
   fail_unless(bench.count("contour-vertices") > 0);
 }
-GST_END_TEST
 
 /// Also where the silhouettes, and so the hull, stay the same.
-GST_START_TEST(test_weld_distance_is_live) {
+ELEMENT_TEST(test_weld_distance_is_live) {
   Bench bench;
   std::size_t vertices[4];
   for (int frame = 0; frame < 4; ++frame) {
@@ -413,9 +397,8 @@ GST_START_TEST(test_weld_distance_is_live) {
   fail_unless(vertices[2] < vertices[0] && vertices[1] == vertices[0] && vertices[3] == vertices[0],
               "%zu, %zu, %zu, %zu vertices", vertices[0], vertices[1], vertices[2], vertices[3]);
 }
-GST_END_TEST
 
-GST_START_TEST(test_the_earliest_capture_time_is_the_meshs) {
+ELEMENT_TEST(test_the_earliest_capture_time_is_the_meshs) {
   Bench bench("", 3);
   const std::int64_t times[][3] = {
       {500, 300, 400}, {500, 600, 400}, {no_time, 900, 800}, {no_time, no_time, no_time}};
@@ -430,10 +413,9 @@ GST_START_TEST(test_the_earliest_capture_time_is_the_meshs) {
     fail_unless_equals_int64(bench.pull()->capture_time, expected[frame]);
   }
 }
-GST_END_TEST
 
 /// Only what fills all but half a per cent is no silhouette.
-GST_START_TEST(test_a_large_silhouette_is_not_a_full_one) {
+ELEMENT_TEST(test_a_large_silhouette_is_not_a_full_one) {
   Bench bench("", 3);
   const auto push = [&](int frame, float height) {
     std::vector<std::uint8_t> pixels;
@@ -454,14 +436,13 @@ GST_START_TEST(test_a_large_silhouette_is_not_a_full_one) {
   fail_unless_equals_uint64(push(1, 0.993f), 0);
   fail_unless_equals_uint64(push(2, 0.997f), 1);
 }
-GST_END_TEST
 
-GST_START_TEST(test_what_the_rig_says_goes_along) {
+ELEMENT_TEST(test_what_the_rig_says_goes_along) {
   Bench bench("", 3);
   Rig rig = default_rig();
   rig.up = Vec3(0.0, 0.6, 0.8);
   rig.unit = "ft";
-  const std::string path = folder("leaning.json");
+  const std::string path = folder.file("leaning.json");
   std::ofstream(path) << rig_to_json(rig);
   g_object_set(bench.element, "rig", path.c_str(), nullptr);
   for (int i = 0; i < 3; ++i) bench.push_box(i, 0);
@@ -470,10 +451,9 @@ GST_START_TEST(test_what_the_rig_says_goes_along) {
   fail_unless_equals_float(mesh->metres_per_unit, 0.3048);
   fail_unless_equals_uint64(GST_BUFFER_DURATION(bench.last.get()), frame_time);
 }
-GST_END_TEST
 
 /// The box reaches out of the rig's bounds, which cut it only where use-bounds says so.
-GST_START_TEST(test_bounds_cut_where_they_are_used) {
+ELEMENT_TEST(test_bounds_cut_where_they_are_used) {
   double volumes[2];
   for (const bool used : {false, true}) {
     Bench bench(used ? "use-bounds=true" : "use-bounds=false");
@@ -489,7 +469,6 @@ GST_START_TEST(test_bounds_cut_where_they_are_used) {
   }
   fail_unless(volumes[1] < 0.7 * volumes[0], "%g of %g", volumes[1], volumes[0]);
 }
-GST_END_TEST
 
 /// The silhouette of a round thing, in many short edges.
 static View disc_view(const Camera& camera, std::uint64_t trigger,
@@ -505,7 +484,7 @@ static View disc_view(const Camera& camera, std::uint64_t trigger,
   return view;
 }
 
-GST_START_TEST(test_max_deviation_leaves_vertices_out) {
+ELEMENT_TEST(test_max_deviation_leaves_vertices_out) {
   std::size_t triangles[2];
   double volumes[2];
   for (int frame = 0; frame < 2; ++frame) {
@@ -520,14 +499,13 @@ GST_START_TEST(test_max_deviation_leaves_vertices_out) {
   fail_unless(triangles[1] < 98 * triangles[0] / 100, "%zu of %zu", triangles[1], triangles[0]);
   fail_unless(std::abs(volumes[1] / volumes[0] - 1.0) < 0.05);
 }
-GST_END_TEST
 
 /// The hull's faces name edges of the contours as they came, not as the lens' correction cut them.
-GST_START_TEST(test_faces_name_the_edges_that_came) {
+ELEMENT_TEST(test_faces_name_the_edges_that_came) {
   Bench bench;
   Rig rig = default_rig();
   for (Camera& camera : rig.cameras) camera.distortion = {-0.15, 0.02, 0.0, 0.0};
-  const std::string path = folder("bent.json");
+  const std::string path = folder.file("bent.json");
   std::ofstream(path) << rig_to_json(rig);
   g_object_set(bench.element, "rig", path.c_str(), nullptr);
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
@@ -544,26 +522,22 @@ GST_START_TEST(test_faces_name_the_edges_that_came) {
                 face.edge, mesh->views[face.view].view.contours.points.size());
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_states_and_two_pipelines) {
-  const std::string files = write_view_files(folder("files"), 3);
+ELEMENT_TEST(test_states_and_two_pipelines) {
+  const std::string files = write_view_files(folder.file("files"), 3);
   const std::string line = "hullbuild name=hull ! fakesink " + all_view_files(files);
   check_states(line, 50);
   GstElement* pipelines[] = {parse(line), parse(line)};
   for (GstElement* pipeline : pipelines) gst_element_set_state(pipeline, GST_STATE_PLAYING);
   for (GstElement* pipeline : pipelines) {
     check_ended(wait_for_end(pipeline));
-    GstElement* hull = gst_bin_get_by_name(GST_BIN(pipeline), "hull");
+    GstElement* hull = named(pipeline, "hull");
     fail_unless_equals_uint64(statistic(hull, "sets"), 3);
-    gst_object_unref(hull);
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
+    stop(pipeline);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_cameras_come_and_go) {
+ELEMENT_TEST(test_cameras_come_and_go) {
   Bench bench("missing-camera=drop-camera", 2);
   for (int frame = 0; frame < 3; ++frame) {
     for (int i = 0; i < 2; ++i) bench.push_box(i, frame);
@@ -581,38 +555,3 @@ GST_START_TEST(test_cameras_come_and_go) {
   for (int i = 0; i < 2; ++i) bench.push_box(i, 4);
   fail_unless_equals_int(bench.pull()->views.size(), 2);
 }
-GST_END_TEST
-
-static Suite* hullbuild_suite() {
-  Suite* suite = suite_create("hullbuild");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_a_box_becomes_its_hull);
-  tcase_add_test(tests, test_order_of_pads_and_arrival_changes_nothing);
-  tcase_add_test(tests, test_pixels_are_shared_and_outlive_the_element);
-  tcase_add_test(tests, test_odd_silhouettes_cost_their_set_only);
-  tcase_add_test(tests, test_latency_is_reported);
-  tcase_add_test(tests, test_bad_cameras_are_named);
-  tcase_add_test(tests, test_bad_rigs_are_named);
-  tcase_add_test(tests, test_hostile_views_are_dropped);
-  tcase_add_test(tests, test_empty_full_and_lone_silhouettes);
-  tcase_add_test(tests, test_flush_starts_anew);
-  tcase_add_test(tests, test_seek);
-  tcase_add_test(tests, test_live_change_of_rig);
-  tcase_add_test(tests, test_gaps_and_ends);
-  tcase_add_test(tests, test_unchanged_silhouettes_are_not_built_again);
-  tcase_add_test(tests, test_weld_distance_is_live);
-  tcase_add_test(tests, test_the_earliest_capture_time_is_the_meshs);
-  tcase_add_test(tests, test_a_large_silhouette_is_not_a_full_one);
-  tcase_add_test(tests, test_what_the_rig_says_goes_along);
-  tcase_add_test(tests, test_bounds_cut_where_they_are_used);
-  tcase_add_test(tests, test_max_deviation_leaves_vertices_out);
-  tcase_add_test(tests, test_faces_name_the_edges_that_came);
-  tcase_add_test(tests, test_states_and_two_pipelines);
-  tcase_add_test(tests, test_cameras_come_and_go);
-  return suite;
-}
-
-GST_CHECK_MAIN(hullbuild)

@@ -9,6 +9,7 @@
 #include "builtin/default_rig.h"
 #include "element_checks.h"
 #include "hull/measure.h"
+#include "support/folder.h"
 #include "support/obj_reader.h"
 #include "wire/mesh_payload.h"
 
@@ -20,10 +21,9 @@ namespace {
 constexpr int frames = 5;
 
 std::string folder(const std::string& name) {
-  const auto path = std::filesystem::temp_directory_path() / ("polyhull_hullexport_" + name);
-  std::filesystem::remove_all(path);
-  std::filesystem::create_directories(path);
-  return path.string();
+  static const Folder all;
+  std::filesystem::create_directories(all.file(name));
+  return all.file(name);
 }
 
 std::string views() {
@@ -59,25 +59,17 @@ std::string refusal(const std::string& line) {
   std::string message = "it was not refused";
   if (gst_element_set_state(pipeline, GST_STATE_PAUSED) == GST_STATE_CHANGE_FAILURE)
     message = wait_for_end(pipeline, GST_SECOND);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   return message;
-}
-
-void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
-  for (const char* part : parts)
-    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
-                text.c_str());
 }
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("hullexport");
 }
-GST_END_TEST
 
-GST_START_TEST(test_numbered_sequence) {
+ELEMENT_TEST(test_numbered_sequence) {
   const std::string out = folder("sequence");
   check_ended(run_to_end(export_line("location=" + out + "/hull-%05d.obj")));
   for (int i = 1; i < frames; ++i) {
@@ -93,9 +85,8 @@ GST_START_TEST(test_numbered_sequence) {
   for (const auto& entry : std::filesystem::directory_iterator(out))
     fail_unless(entry.path().string().find(".part") == std::string::npos);
 }
-GST_END_TEST
 
-GST_START_TEST(test_nothing_to_write_is_told) {
+ELEMENT_TEST(test_nothing_to_write_is_told) {
   const std::string out = folder("nothing");
   GstElement* pipeline =
       parse("fakesrc num-buffers=0 ! application/x-polyhull-mesh ! hullexport location=" + out +
@@ -112,10 +103,9 @@ GST_START_TEST(test_nothing_to_write_is_told) {
   gst_object_unref(pipeline);
   fail_unless(!std::filesystem::exists(out + "/hull.glb"));
 }
-GST_END_TEST
 
 // A refusal is one error, and only empty meshes for keep=first are told of.
-GST_START_TEST(test_one_message_each) {
+ELEMENT_TEST(test_one_message_each) {
   const auto count = [](const std::string& line, GstMessageType type) {
     GstElement* pipeline = parse(line);
     GstBus* bus = gst_element_get_bus(pipeline);
@@ -146,10 +136,9 @@ GST_START_TEST(test_one_message_each) {
   fail_unless_equals_int(count(line + "/last.glb", GST_MESSAGE_WARNING), 0);
   fail_unless(std::filesystem::exists(out + "/last.glb"));
 }
-GST_END_TEST
 
 // Meshes of a subject that fades are the last whole one over again.
-GST_START_TEST(test_fading_meshes_are_left_out) {
+ELEMENT_TEST(test_fading_meshes_are_left_out) {
   const std::string out = folder("fading");
   GstHarness* bench = gst_harness_new_parse(("hullexport location=" + out + "/%d.ply").c_str());
   gst_harness_set_src_caps_str(bench, "application/x-polyhull-mesh");
@@ -165,31 +154,27 @@ GST_START_TEST(test_fading_meshes_are_left_out) {
   gst_object_unref(element);
   gst_harness_teardown(bench);
 }
-GST_END_TEST
 
-GST_START_TEST(test_first_and_last) {
+ELEMENT_TEST(test_first_and_last) {
   const std::string out = folder("one");
   check_ended(run_to_end(export_line("location=" + out + "/last.obj")));
   check_ended(run_to_end(export_line("keep=first location=" + out + "/first.obj")));
   const double moved = middle_of(out + "/last.obj") - middle_of(out + "/first.obj");
   fail_unless(moved > 0.02 && moved < 0.08, "moved by %g", moved);
 }
-GST_END_TEST
 
-GST_START_TEST(test_last_is_written_without_end_of_stream) {
+ELEMENT_TEST(test_last_is_written_without_end_of_stream) {
   const std::string out = folder("stopped");
   GstElement* pipeline = parse(export_line("location=" + out + "/hull.glb"));
   gst_element_set_state(pipeline, GST_STATE_PAUSED);
   gst_element_get_state(pipeline, nullptr, nullptr, 10 * GST_SECOND);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   g_usleep(200000);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   fail_unless(content(out + "/hull.glb").compare(0, 4, "glTF") == 0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_files_are_announced) {
+ELEMENT_TEST(test_files_are_announced) {
   const std::string out = folder("announced");
   GstElement* pipeline = parse(export_line("location=" + out + "/h%d.ply"));
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -215,12 +200,10 @@ GST_START_TEST(test_files_are_announced) {
   }
   fail_unless_equals_int(files, frames);
   gst_object_unref(bus);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_refusals) {
+ELEMENT_TEST(test_refusals) {
   expect_in(refusal("fakesrc ! hullexport"), {"location="});
   expect_in(refusal("fakesrc ! hullexport location=/tmp/hull.unknown"), {"hull.unknown", ".glb"});
   expect_in(refusal("fakesrc ! hullexport location=/nowhere/hull.glb"),
@@ -237,18 +220,15 @@ GST_START_TEST(test_refusals) {
   const std::string out = folder("vanishes");
   GstElement* pipeline = parse(export_line("location=" + out + "/%d.ply"));
   gst_element_set_state(pipeline, GST_STATE_READY);
-  GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), "export");
+  GstElement* element = named(pipeline, "export");
   gst_element_set_state(element, GST_STATE_PAUSED);
   std::filesystem::remove_all(out);
-  gst_object_unref(element);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   expect_in(wait_for_end(pipeline, 10 * GST_SECOND), {"Cannot write", "/0.ply"});
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_hostile_meshes_are_skipped) {
+ELEMENT_TEST(test_hostile_meshes_are_skipped) {
   const std::string out = folder("hostile");
   GstElement* element = gst_element_factory_make("hullexport", nullptr);
   g_object_set(element, "location", (out + "/%d.ply").c_str(), nullptr);
@@ -268,15 +248,13 @@ GST_START_TEST(test_hostile_meshes_are_skipped) {
   fail_unless(content(out + "/0.ply").find("element face 0\n") != std::string::npos);
   gst_harness_teardown(harness);
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states(export_line("location=" + folder("states") + "/%d.ply"));
 }
-GST_END_TEST
 
 // Views and meshes as bytes through gdppay and a TCP connection come out as they went in.
-GST_START_TEST(test_over_the_network) {
+ELEMENT_TEST(test_over_the_network) {
   const std::string out = folder("network");
   const auto digest = [&](const std::string& name) {
     std::string all;
@@ -307,31 +285,7 @@ GST_START_TEST(test_over_the_network) {
   g_usleep(1000000);
   gst_element_set_state(server_pipeline, GST_STATE_NULL);
   check_ended(wait_for_end(client_pipeline, 20 * GST_SECOND));
-  gst_element_set_state(client_pipeline, GST_STATE_NULL);
-  gst_object_unref(client_pipeline);
+  stop(client_pipeline);
   gst_object_unref(server_pipeline);
   fail_unless(digest("direct") == digest("network"));
 }
-GST_END_TEST
-
-static Suite* hullexport_suite() {
-  Suite* suite = suite_create("hullexport");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 40);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_numbered_sequence);
-  tcase_add_test(tests, test_nothing_to_write_is_told);
-  tcase_add_test(tests, test_one_message_each);
-  tcase_add_test(tests, test_fading_meshes_are_left_out);
-  tcase_add_test(tests, test_first_and_last);
-  tcase_add_test(tests, test_last_is_written_without_end_of_stream);
-  tcase_add_test(tests, test_files_are_announced);
-  tcase_add_test(tests, test_refusals);
-  tcase_add_test(tests, test_hostile_meshes_are_skipped);
-  tcase_add_test(tests, test_states);
-  tcase_add_test(tests, test_over_the_network);
-  return suite;
-}
-
-GST_CHECK_MAIN(hullexport)

@@ -12,12 +12,13 @@
 
 #include "element_checks.h"
 #include "hull/build/stage.h"
+#include "mesh_buffers.h"
 
 using namespace polyhull;
+using namespace polyhull::test;
 
 namespace {
 
-constexpr char mesh_caps[] = "application/x-polyhull-mesh";
 constexpr int cameras = 5;
 
 /// The octagon around what a camera sees of a ball of radius .4 m at height 1.
@@ -54,14 +55,6 @@ const Mesh& subject() {
   return made;
 }
 
-GstBuffer* buffer_of(const Mesh& mesh, GstClockTime time = 0) {
-  const std::vector<std::uint8_t> bytes = write_mesh(mesh);
-  GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
-  GST_BUFFER_PTS(buffer) = time;
-  GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
-  return buffer;
-}
-
 /// hullrefine fed by hand.
 struct Bench {
   explicit Bench(const char* launch = "hullrefine") : harness(gst_harness_new_parse(launch)) {
@@ -77,7 +70,7 @@ struct Bench {
     gst_harness_teardown(harness);
   }
   Mesh refine(const Mesh& mesh, GstClockTime time = 0) {
-    GstBuffer* out = gst_harness_push_and_pull(harness, buffer_of(mesh, time));
+    GstBuffer* out = gst_harness_push_and_pull(harness, mesh_buffer(mesh, time));
     fail_unless_equals_uint64(GST_BUFFER_PTS(out), time);
     fail_unless_equals_uint64(GST_BUFFER_DURATION(out), 40 * GST_MSECOND);
     GstMapInfo map;
@@ -111,7 +104,7 @@ Hull refined(const RefineSettings& settings) {
 
 }  // namespace
 
-GST_START_TEST(puts_the_surface_in_the_hulls_place) {
+ELEMENT_TEST(puts_the_surface_in_the_hulls_place) {
   Bench bench;
   const Mesh out = bench.refine(subject(), 3 * GST_SECOND);
   const Hull expected = refined({});
@@ -122,9 +115,8 @@ GST_START_TEST(puts_the_surface_in_the_hulls_place) {
   fail_unless(test::statistic(bench.element, "meshes") == 1);
   fail_unless(test::statistic(bench.element, "rays") > 100);
 }
-GST_END_TEST
 
-GST_START_TEST(properties_take_effect_on_the_next_mesh) {
+ELEMENT_TEST(properties_take_effect_on_the_next_mesh) {
   Bench bench("hullrefine cell=0.05 quality=fast");
   const RefineSettings coarse{.quality = RefineQuality::fast, .cell = 0.05};
   fail_unless(bench.refine(subject()).hull.vertices == refined(coarse).vertices);
@@ -139,11 +131,10 @@ GST_START_TEST(properties_take_effect_on_the_next_mesh) {
   fail_unless(off.hull.vertices == subject().hull.vertices && off.hull.normals.empty());
   fail_unless(off.hull.faces.size() == subject().hull.faces.size());
 }
-GST_END_TEST
 
 /// Without pixels the surface is made without colours, and a warning says so; with them it is what
 /// the library makes of them: of grey ones nothing else, in either format.
-GST_START_TEST(carving_by_colours_needs_pixels) {
+ELEMENT_TEST(carving_by_colours_needs_pixels) {
   Bench bench("hullrefine photo=true");
   const Hull plain = refined({});
   fail_unless(bench.refine(subject()).hull.vertices == plain.vertices);
@@ -164,9 +155,8 @@ GST_START_TEST(carving_by_colours_needs_pixels) {
   fail_unless_equals_uint64(test::statistic(bench.element, "surfaces-reused"), 0);
   fail_unless(test::figure(bench.element, "photo-ms") > 0.0);
 }
-GST_END_TEST
 
-GST_START_TEST(a_texturing_of_the_hull_does_not_stay) {
+ELEMENT_TEST(a_texturing_of_the_hull_does_not_stay) {
   Mesh textured = subject();
   std::vector<Camera> all;
   for (const MeshView& view : textured.views) all.push_back(view.calibration);
@@ -174,9 +164,8 @@ GST_START_TEST(a_texturing_of_the_hull_does_not_stay) {
   Bench bench;
   fail_if(bench.refine(textured).texturing.has_value());
 }
-GST_END_TEST
 
-GST_START_TEST(an_empty_mesh_and_gaps_pass) {
+ELEMENT_TEST(an_empty_mesh_and_gaps_pass) {
   Bench bench;
   fail_unless(bench.refine(Mesh()).hull.empty());
   GstBuffer* gap = gst_buffer_new();
@@ -185,9 +174,8 @@ GST_START_TEST(an_empty_mesh_and_gaps_pass) {
   fail_unless(GST_BUFFER_FLAG_IS_SET(out, GST_BUFFER_FLAG_GAP));
   gst_buffer_unref(out);
 }
-GST_END_TEST
 
-GST_START_TEST(what_cannot_be_refined_passes_as_it_is) {
+ELEMENT_TEST(what_cannot_be_refined_passes_as_it_is) {
   Bench bench("hullrefine cell=0.0002");
   const Mesh out = bench.refine(subject());
   fail_unless(out.hull.vertices == subject().hull.vertices);
@@ -196,9 +184,8 @@ GST_START_TEST(what_cannot_be_refined_passes_as_it_is) {
   g_object_set(bench.element, "cell", 0.03, nullptr);
   fail_unless(bench.refine(subject()).hull.vertices == refined({.cell = 0.03}).vertices);
 }
-GST_END_TEST
 
-GST_START_TEST(bad_payloads_are_dropped_with_a_warning) {
+ELEMENT_TEST(bad_payloads_are_dropped_with_a_warning) {
   Bench bench;
   std::vector<std::uint8_t> bytes = write_mesh(subject());
   for (const std::size_t size : {std::size_t{0}, std::size_t{3}, bytes.size() / 3}) {
@@ -210,9 +197,8 @@ GST_START_TEST(bad_payloads_are_dropped_with_a_warning) {
   fail_unless(bench.warned("dropped"));
   bench.refine(subject());  // the stream goes on
 }
-GST_END_TEST
 
-GST_START_TEST(states_flush_and_end) {
+ELEMENT_TEST(states_flush_and_end) {
   Bench bench;
   bench.refine(subject());
   fail_unless(gst_harness_push_event(bench.harness, gst_event_new_flush_start()));
@@ -224,22 +210,3 @@ GST_START_TEST(states_flush_and_end) {
   fail_unless_equals_uint64(test::statistic(bench.element, "surfaces-reused"), 1);
   fail_unless(gst_harness_push_event(bench.harness, gst_event_new_eos()));
 }
-GST_END_TEST
-
-static Suite* hullrefine_suite() {
-  Suite* suite = suite_create("hullrefine");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, puts_the_surface_in_the_hulls_place);
-  tcase_add_test(tests, properties_take_effect_on_the_next_mesh);
-  tcase_add_test(tests, carving_by_colours_needs_pixels);
-  tcase_add_test(tests, a_texturing_of_the_hull_does_not_stay);
-  tcase_add_test(tests, an_empty_mesh_and_gaps_pass);
-  tcase_add_test(tests, what_cannot_be_refined_passes_as_it_is);
-  tcase_add_test(tests, bad_payloads_are_dropped_with_a_warning);
-  tcase_add_test(tests, states_flush_and_end);
-  suite_add_tcase(suite, tests);
-  return suite;
-}
-
-GST_CHECK_MAIN(hullrefine)

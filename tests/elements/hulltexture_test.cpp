@@ -1,33 +1,24 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "mesh/texture_mesh.h"  // before gst-check, whose macro `fail` the standard library has no room for
-
 #include <gst/check/gstharness.h>
 
 #include <memory>
 #include <vector>
 
 #include "element_checks.h"
+#include "mesh/texture_mesh.h"
+#include "mesh_buffers.h"
 #include "synthetic.h"
 #include "wire/mesh_payload.h"
 
 using namespace polyhull;
+using namespace polyhull::test;
 
 namespace {
-
-constexpr char mesh_caps[] = "application/x-polyhull-mesh";
 
 const synthetic::Photographed& subject() {
   static const synthetic::Photographed made = synthetic::photographed(
       synthetic::figure(8), synthetic::ring(3, 3.2, 1.5, {0, 1, 0}, 128, 128, 45.0));
   return made;
-}
-
-GstBuffer* buffer_of(const Mesh& mesh, GstClockTime time = 0) {
-  const std::vector<std::uint8_t> bytes = write_mesh(mesh);
-  GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
-  GST_BUFFER_PTS(buffer) = time;
-  GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
-  return buffer;
 }
 
 GstHarness* harness(const char* launch = "hulltexture") {
@@ -56,9 +47,9 @@ struct Read {
 
 // Between elements of one process a mesh is an object; its bytes come when somebody reads them,
 // whole or in parts, and an element that gets only those makes the same of them.
-GST_START_TEST(bytes_are_made_when_they_are_read) {
+ELEMENT_TEST(bytes_are_made_when_they_are_read) {
   GstHarness* h = harness();
-  GstBuffer* buffer = gst_harness_push_and_pull(h, buffer_of(subject().mesh));
+  GstBuffer* buffer = gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0));
   fail_unless(gst_memory_is_type(gst_buffer_peek_memory(buffer, 0), "polyhull-mesh"));
   // As an object, through a second element (which makes the texturing anew).
   GstHarness* second = harness();
@@ -81,11 +72,10 @@ GST_START_TEST(bytes_are_made_when_they_are_read) {
   gst_harness_teardown(second);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(adds_what_the_library_computes) {
+ELEMENT_TEST(adds_what_the_library_computes) {
   GstHarness* h = harness();
-  Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh, 7 * GST_SECOND)));
+  Read out(gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 7 * GST_SECOND)));
   fail_unless_equals_uint64(GST_BUFFER_PTS(out.buffer), 7 * GST_SECOND);
   fail_unless_equals_uint64(GST_BUFFER_DURATION(out.buffer), 40 * GST_MSECOND);
   fail_unless(out.mesh.texturing.has_value());
@@ -111,27 +101,25 @@ GST_START_TEST(adds_what_the_library_computes) {
   }
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(same_hull_is_textured_once) {
+ELEMENT_TEST(same_hull_is_textured_once) {
   GstHarness* h = harness();
   for (int i = 0; i < 3; ++i)
-    gst_buffer_unref(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+    gst_buffer_unref(gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0)));
   GstElement* element = gst_harness_find_element(h, "hulltexture");
   fail_unless_equals_uint64(test::statistic(element, "meshes"), 3);
   fail_unless_equals_uint64(test::statistic(element, "texturings-reused"), 2);
   g_object_set(element, "cameras", 3u, nullptr);  // live: takes effect with the next mesh
-  Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  Read out(gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0)));
   fail_unless_equals_int(out.mesh.texturing->cameras, 3);
   gst_object_unref(element);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(properties_reach_the_mesh) {
+ELEMENT_TEST(properties_reach_the_mesh) {
   GstHarness* h = harness(
       "hulltexture method=direct metric=viewing-angle occlusion=false untextured=0xffff8000");
-  Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  Read out(gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0)));
   fail_unless(out.mesh.texturing->method == TextureMethod::direct);
   fail_unless(out.mesh.texturing->metric == TextureMetric::viewing_angle);
   fail_unless(out.mesh.texturing->untextured == Vec3f(255.0f, 128.0f, 0.0f) / 255.0f);
@@ -139,7 +127,7 @@ GST_START_TEST(properties_reach_the_mesh) {
   gst_harness_teardown(h);
   // Those that shape the maps.
   h = harness("hulltexture fade-width=40 map-size=100 cameras=3");
-  Read shaped(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  Read shaped(gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0)));
   std::vector<Camera> cameras;
   for (const MeshView& view : subject().mesh.views) cameras.push_back(view.calibration);
   TextureSettings settings;
@@ -152,10 +140,9 @@ GST_START_TEST(properties_reach_the_mesh) {
   fail_unless_equals_int(shaped.mesh.texturing->cameras, 3);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 // The fill is the library's, and follows pictures before a hull that stays.
-GST_START_TEST(what_is_unseen_is_filled) {
+ELEMENT_TEST(what_is_unseen_is_filled) {
   const char* const launches[] = {"hulltexture", "hulltexture fill=nearest",
                                   "hulltexture fill=grey"};
   const TextureFill fills[] = {TextureFill::inpaint, TextureFill::nearest, TextureFill::grey};
@@ -173,7 +160,7 @@ GST_START_TEST(what_is_unseen_is_filled) {
         sent.mesh.views[k].view.pixels = {sent.pictures[k].pixels.data() + (old.data() - first),
                                           old.size()};
       }
-      Read out(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+      Read out(gst_harness_push_and_pull(h, mesh_buffer(sent.mesh, 0)));
       texture_mesh(sent.mesh, settings);
       fail_unless(out.mesh.texturing->fill == sent.mesh.texturing->fill);
       fail_unless(sent.mesh.texturing->fill.empty() == (i == 2));
@@ -181,7 +168,6 @@ GST_START_TEST(what_is_unseen_is_filled) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
 const synthetic::Photographed& subject_of_six() {
   static const synthetic::Photographed made = synthetic::photographed(
@@ -206,7 +192,7 @@ struct Darker {
 };
 
 // Gains are the library's, follow slowly, and begin anew with a flush.
-GST_START_TEST(cameras_are_balanced) {
+ELEMENT_TEST(cameras_are_balanced) {
   GstHarness* h = harness("hulltexture balance=on balance-time=2");
   TextureSettings settings;
   settings.balance = true;
@@ -214,7 +200,7 @@ GST_START_TEST(cameras_are_balanced) {
   MeshTexturer expected;
   const auto check = [&](double seconds, float share) {
     Darker one(seconds, share);
-    Read out(gst_harness_push_and_pull(h, buffer_of(one.sent.mesh)));
+    Read out(gst_harness_push_and_pull(h, mesh_buffer(one.sent.mesh, 0)));
     expected.texture(one.sent.mesh, settings);
     fail_unless_equals_int(out.mesh.texturing->gains.size(), 6);
     fail_unless(out.mesh.texturing->gains == one.sent.mesh.texturing->gains);
@@ -234,15 +220,14 @@ GST_START_TEST(cameras_are_balanced) {
   fail_unless(check(6.0, 0.9f) > slow + 0.05f);
   GstElement* element = gst_harness_find_element(h, "hulltexture");
   g_object_set(element, "balance", 0, nullptr);
-  Read off(gst_harness_push_and_pull(h, buffer_of(subject_of_six().mesh)));
+  Read off(gst_harness_push_and_pull(h, mesh_buffer(subject_of_six().mesh, 0)));
   fail_unless(off.mesh.texturing->gains.empty());
   gst_object_unref(element);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 // The element's memory is the library's, over one flush to the next; off, there is none.
-GST_START_TEST(colours_are_remembered) {
+ELEMENT_TEST(colours_are_remembered) {
   GstHarness* h = harness("hulltexture memory=on memory-time=30");
   TextureSettings settings;
   settings.memory = true;
@@ -268,7 +253,7 @@ GST_START_TEST(colours_are_remembered) {
     seen.mesh.capture_time = 40'000'000 * n;
     Mesh plain = seen.mesh;
     expected.texture(seen.mesh, settings);
-    Read out(gst_harness_push_and_pull(h, buffer_of(plain)));
+    Read out(gst_harness_push_and_pull(h, mesh_buffer(plain, 0)));
     fail_unless(out.mesh.texturing->fill == seen.mesh.texturing->fill, "at %d", n);
     texture_mesh(plain);
     differs = differs || out.mesh.texturing->fill != plain.texturing->fill;
@@ -303,10 +288,9 @@ GST_START_TEST(colours_are_remembered) {
   gst_object_unref(element);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
 // The flows are the library's, found anew where a picture changes, and none without align=flow.
-GST_START_TEST(pictures_are_aligned) {
+ELEMENT_TEST(pictures_are_aligned) {
   synthetic::Photographed sent = subject_of_six();
   for (std::size_t k = 0; k < sent.pictures.size(); ++k) {
     Picture& picture = sent.pictures[k];
@@ -321,7 +305,7 @@ GST_START_TEST(pictures_are_aligned) {
   GstElement* element = gst_harness_find_element(h, "hulltexture");
   TextureSettings settings;
   settings.align = TextureAlign::flow;
-  Read out(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  Read out(gst_harness_push_and_pull(h, mesh_buffer(sent.mesh, 0)));
   texture_mesh(sent.mesh, settings);
   fail_if(out.mesh.texturing->flows.empty());
   fail_unless(out.mesh.texturing->flows == sent.mesh.texturing->flows);
@@ -329,33 +313,31 @@ GST_START_TEST(pictures_are_aligned) {
   fail_unless(pairs > 0);
   fail_unless_equals_uint64(test::statistic(element, "pairs-reused"), 0);
   fail_unless_equals_uint64(test::statistic(element, "flows"), out.mesh.texturing->flows.size());
-  Read again(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  Read again(gst_harness_push_and_pull(h, mesh_buffer(sent.mesh, 0)));
   fail_unless(again.mesh.texturing->flows == sent.mesh.texturing->flows);
   fail_unless_equals_uint64(test::statistic(element, "pairs-reused"), pairs);
   // Another picture before the same hull.
   for (std::uint8_t& value : sent.pictures[1].pixels) value = value > 128 ? value : value / 2;
-  Read other(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  Read other(gst_harness_push_and_pull(h, mesh_buffer(sent.mesh, 0)));
   texture_mesh(sent.mesh, settings);
   fail_unless(other.mesh.texturing->flows == sent.mesh.texturing->flows);
   gst_util_set_object_arg(G_OBJECT(element), "align", "off");
-  Read off(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  Read off(gst_harness_push_and_pull(h, mesh_buffer(sent.mesh, 0)));
   fail_unless(off.mesh.texturing->flows.empty());
   fail_unless_equals_uint64(test::statistic(element, "pairs"), 3 * pairs);
   gst_object_unref(element);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(empty_mesh_flows_on) {
+ELEMENT_TEST(empty_mesh_flows_on) {
   GstHarness* h = harness();
   Mesh empty;
-  Read out(gst_harness_push_and_pull(h, buffer_of(empty)));
+  Read out(gst_harness_push_and_pull(h, mesh_buffer(empty, 0)));
   fail_unless(out.mesh.hull.empty());
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(bad_payloads_are_dropped_with_a_warning) {
+ELEMENT_TEST(bad_payloads_are_dropped_with_a_warning) {
   GstHarness* h = harness();
   GstBus* bus = gst_bus_new();
   GstElement* element = gst_harness_find_element(h, "hulltexture");
@@ -371,31 +353,30 @@ GST_START_TEST(bad_payloads_are_dropped_with_a_warning) {
   GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING);
   fail_unless(message != nullptr);
   gst_message_unref(message);
-  gst_buffer_unref(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));  // the stream goes on
+  gst_buffer_unref(
+      gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0)));  // the stream goes on
   gst_element_set_bus(element, nullptr);
   gst_object_unref(bus);
   gst_object_unref(element);
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(flush_eos_and_lifetime) {
+ELEMENT_TEST(flush_eos_and_lifetime) {
   GstHarness* h = harness();
-  GstBuffer* kept = gst_harness_push_and_pull(h, buffer_of(subject().mesh));
+  GstBuffer* kept = gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0));
   fail_unless(gst_harness_push_event(h, gst_event_new_flush_start()));
   fail_unless(gst_harness_push_event(h, gst_event_new_flush_stop(TRUE)));
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
   fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
-  gst_buffer_unref(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  gst_buffer_unref(gst_harness_push_and_pull(h, mesh_buffer(subject().mesh, 0)));
   fail_unless(gst_harness_push_event(h, gst_event_new_eos()));
   gst_harness_teardown(h);
   Read out(kept);  // outlives the element
   fail_unless(out.mesh.texturing.has_value());
 }
-GST_END_TEST
 
-GST_START_TEST(states_and_documentation) {
+ELEMENT_TEST(states_and_documentation) {
   GstElement* element = gst_element_factory_make("hulltexture", nullptr);
   fail_unless(element != nullptr);
   for (int i = 0; i < 50; ++i) {
@@ -407,25 +388,3 @@ GST_START_TEST(states_and_documentation) {
   gst_object_unref(element);
   test::check_documented("hulltexture");
 }
-GST_END_TEST
-
-static Suite* hulltexture_suite() {
-  Suite* suite = suite_create("hulltexture");
-  TCase* chain = tcase_create("general");
-  tcase_add_test(chain, what_is_unseen_is_filled);
-  tcase_add_test(chain, pictures_are_aligned);
-  tcase_add_test(chain, bytes_are_made_when_they_are_read);
-  tcase_add_test(chain, adds_what_the_library_computes);
-  tcase_add_test(chain, same_hull_is_textured_once);
-  tcase_add_test(chain, properties_reach_the_mesh);
-  tcase_add_test(chain, cameras_are_balanced);
-  tcase_add_test(chain, colours_are_remembered);
-  tcase_add_test(chain, empty_mesh_flows_on);
-  tcase_add_test(chain, bad_payloads_are_dropped_with_a_warning);
-  tcase_add_test(chain, flush_eos_and_lifetime);
-  tcase_add_test(chain, states_and_documentation);
-  suite_add_tcase(suite, chain);
-  return suite;
-}
-
-GST_CHECK_MAIN(hulltexture)

@@ -3,8 +3,6 @@
 // do. Which instants are seen is read from the pictures.
 #include "support/live_line.h"
 
-#include <gst/check/gstcheck.h>
-
 #include <algorithm>
 #include <atomic>
 #include <random>
@@ -55,7 +53,7 @@ bool warned(const LiveLine& line, std::initializer_list<const char*> parts) {
 
 }  // namespace
 
-GST_START_TEST(every_instant_is_one_whole_set) {
+ELEMENT_TEST(every_instant_is_one_whole_set) {
   for (const int cameras : {4, 8}) {
     LiveOptions options;
     options.cameras = cameras;
@@ -66,18 +64,16 @@ GST_START_TEST(every_instant_is_one_whole_set) {
       fail_if(in_time && warned(line, {word}), "said of a line without faults: %s", word);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(without_trigger_numbers_times_make_the_sets) {
+ELEMENT_TEST(without_trigger_numbers_times_make_the_sets) {
   LiveOptions options;
   options.branch = "queue ! silhouette sigma=1 tolerance=1 trigger-from=none";
   LiveLine line(options);
   line.play(2.5);
   expect_whole(line, 1.0, line.now() - 0.5, 0.8);
 }
-GST_END_TEST
 
-GST_START_TEST(the_wait_fits_cameras_that_come_late) {
+ELEMENT_TEST(the_wait_fits_cameras_that_come_late) {
   LiveOptions options;
   options.delays = {0, 20, 80, 150};
   options.jitter = 15;
@@ -88,9 +84,8 @@ GST_START_TEST(the_wait_fits_cameras_that_come_late) {
   fail_unless(line.latency() > 140.0, "%g ms", line.latency());
   fail_unless(!in_time || line.latency() < 260.0, "%g ms", line.latency());
 }
-GST_END_TEST
 
-GST_START_TEST(a_wait_by_hand_is_honoured) {
+ELEMENT_TEST(a_wait_by_hand_is_honoured) {
   LiveOptions options;
   options.delays = {0, 0, 0, 150};
   options.hull = "max-wait=400000000";
@@ -99,9 +94,8 @@ GST_START_TEST(a_wait_by_hand_is_honoured) {
   expect_whole(line, 1.0, line.now() - 0.7, 0.8);
   fail_unless(line.latency() >= 550.0, "%g ms", line.latency());  // the sources' 150 and 400
 }
-GST_END_TEST
 
-GST_START_TEST(what_comes_too_late_is_no_set_of_its_own) {
+ELEMENT_TEST(what_comes_too_late_is_no_set_of_its_own) {
   LiveOptions options;
   options.delays = {0, 0, 0, 900};
   options.source = "";
@@ -127,9 +121,8 @@ GST_START_TEST(what_comes_too_late_is_no_set_of_its_own) {
   fail_unless(warned(line, {"built from 3 cameras", "cam3"}));
   gst_object_unref(pad);
 }
-GST_END_TEST
 
-GST_START_TEST(busy_processors_part_nobody) {
+ELEMENT_TEST(busy_processors_part_nobody) {
   LiveOptions options;
   options.hull = "hold-time=1000000000";  // longer than any thread waits for its turn
   LiveLine line(options);
@@ -142,9 +135,8 @@ GST_START_TEST(busy_processors_part_nobody) {
   expect_whole(line, 1.0, line.now() - 0.5, 0.0);
   expect_whole(line, over + 1.0, line.now() - 0.5, 0.7);
 }
-GST_END_TEST
 
-GST_START_TEST(a_camera_that_stalls_comes_back) {
+ELEMENT_TEST(a_camera_that_stalls_comes_back) {
   LiveOptions options;
   options.hull = "hold-time=300000000";
   LiveLine line(options);
@@ -164,9 +156,8 @@ GST_START_TEST(a_camera_that_stalls_comes_back) {
   expect_whole(line, end + 0.5, line.now() - 0.4, 0.7);
   fail_unless(warned(line, {"built from 3 cameras", "cam2", "has sent nothing for"}));
 }
-GST_END_TEST
 
-GST_START_TEST(a_camera_that_ends_leaves_the_others) {
+ELEMENT_TEST(a_camera_that_ends_leaves_the_others) {
   LiveLine line{LiveOptions{}};
   line.play(1.5);
   GstElement* camera = line.element("cam1");
@@ -183,9 +174,8 @@ GST_START_TEST(a_camera_that_ends_leaves_the_others) {
               static_cast<int>(line.warnings().size()),
               line.warnings().empty() ? "" : line.warnings().back().c_str());
 }
-GST_END_TEST
 
-GST_START_TEST(a_camera_joins_late) {
+ELEMENT_TEST(a_camera_joins_late) {
   LiveOptions options;
   options.linked = 3;
   LiveLine line(options);
@@ -197,9 +187,8 @@ GST_START_TEST(a_camera_joins_late) {
   // The camera needs a moment to come up.
   expect_whole(line, joined + 0.8, line.now() - 0.4, 0.7);
 }
-GST_END_TEST
 
-GST_START_TEST(a_camera_that_is_slow_by_half_halves_the_sets) {
+ELEMENT_TEST(a_camera_that_is_slow_by_half_halves_the_sets) {
   LiveLine line{LiveOptions{}};
   GstPad* pad = source_pad(line, "cam0");
   gst_pad_add_probe(
@@ -215,9 +204,8 @@ GST_START_TEST(a_camera_that_is_slow_by_half_halves_the_sets) {
   fail_unless(!in_time || line.statistic("cam1", "frames-unwanted") > 5);
   gst_object_unref(pad);
 }
-GST_END_TEST
 
-GST_START_TEST(a_stage_that_cannot_keep_up_gets_whole_instants) {
+ELEMENT_TEST(a_stage_that_cannot_keep_up_gets_whole_instants) {
   LiveOptions options;
   options.tail = "identity sleep-time=100000 ! fakesink sync=true";
   LiveLine line(options);
@@ -226,9 +214,8 @@ GST_START_TEST(a_stage_that_cannot_keep_up_gets_whole_instants) {
   fail_unless(line.statistic("hull", "frame-step") > 1);
   fail_unless(line.statistic("cam1", "frames-unwanted") > 20);
 }
-GST_END_TEST
 
-GST_START_TEST(pausing_goes_on_where_it_was) {
+ELEMENT_TEST(pausing_goes_on_where_it_was) {
   LiveLine line{LiveOptions{}};
   line.play(1.5);
   line.pause();
@@ -238,9 +225,8 @@ GST_START_TEST(pausing_goes_on_where_it_was) {
   fail_unless(now < 4.0, "running time has not stood still: %g s", now);
   expect_whole(line, 1.0, now - 0.5, 0.7);
 }
-GST_END_TEST
 
-GST_START_TEST(seeking_while_live_starts_anew) {
+ELEMENT_TEST(seeking_while_live_starts_anew) {
   LiveLine line{LiveOptions{}};
   line.play(1.5);
   const auto is_new = [](const LiveSet& set) { return set.numbers[0] >= 2500; };
@@ -265,9 +251,8 @@ GST_START_TEST(seeking_while_live_starts_anew) {
                 static_cast<int>(sets[i].numbers.size()));
   }
 }
-GST_END_TEST
 
-GST_START_TEST(another_frame_rate_while_live) {
+ELEMENT_TEST(another_frame_rate_while_live) {
   LiveLine line{LiveOptions{}};
   line.play(1.5);
   // All cameras change; the filters of the line have no names of their own to find them by.
@@ -288,9 +273,8 @@ GST_START_TEST(another_frame_rate_while_live) {
   expect_whole(line, changed + 0.5, line.now() - 0.4, 0.0);
   fail_unless(!in_time || sets_of(line, 4, changed + 0.5, line.now() - 0.4) > 40);
 }
-GST_END_TEST
 
-GST_START_TEST(a_camera_is_relinked) {
+ELEMENT_TEST(a_camera_is_relinked) {
   LiveLine line{LiveOptions{}};
   line.play(1.5);
   GstElement* camera = line.element("cam3");
@@ -315,10 +299,9 @@ GST_START_TEST(a_camera_is_relinked) {
   fail_unless(!in_time || without > 10, "%d sets meanwhile", without);
   expect_whole(line, linked + 0.5, line.now() - 0.4, 0.7);
 }
-GST_END_TEST
 
 /// Lines with queues of any size anywhere, and any wait.
-GST_START_TEST(no_queue_and_no_wait_stalls) {
+ELEMENT_TEST(no_queue_and_no_wait_stalls) {
   const char* times = g_getenv("POLYHULL_STRESS");
   const int rounds = times != nullptr ? 3 * std::max(1, std::atoi(times)) : 1;
   std::mt19937 random(8);
@@ -352,30 +335,3 @@ GST_START_TEST(no_queue_and_no_wait_stalls) {
     }
   }
 }
-GST_END_TEST
-
-static Suite* live_suite() {
-  Suite* suite = suite_create("live");
-  TCase* tests = tcase_create("lines");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 600);
-  tcase_add_test(tests, every_instant_is_one_whole_set);
-  tcase_add_test(tests, without_trigger_numbers_times_make_the_sets);
-  tcase_add_test(tests, the_wait_fits_cameras_that_come_late);
-  tcase_add_test(tests, a_wait_by_hand_is_honoured);
-  tcase_add_test(tests, what_comes_too_late_is_no_set_of_its_own);
-  tcase_add_test(tests, busy_processors_part_nobody);
-  tcase_add_test(tests, a_camera_that_stalls_comes_back);
-  tcase_add_test(tests, a_camera_that_ends_leaves_the_others);
-  tcase_add_test(tests, a_camera_joins_late);
-  tcase_add_test(tests, a_camera_that_is_slow_by_half_halves_the_sets);
-  tcase_add_test(tests, a_stage_that_cannot_keep_up_gets_whole_instants);
-  tcase_add_test(tests, pausing_goes_on_where_it_was);
-  tcase_add_test(tests, seeking_while_live_starts_anew);
-  tcase_add_test(tests, another_frame_rate_while_live);
-  tcase_add_test(tests, a_camera_is_relinked);
-  tcase_add_test(tests, no_queue_and_no_wait_stalls);
-  return suite;
-}
-
-GST_CHECK_MAIN(live)

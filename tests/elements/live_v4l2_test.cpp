@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include <gst/check/gstcheck.h>  // last: it defines fail()
+#include "element_test.h"
 
 using namespace polyhull::test;
 
@@ -94,7 +94,7 @@ LiveOptions different_delays() {
 
 }  // namespace
 
-GST_START_TEST(drivers_that_give_times) {
+ELEMENT_TEST(drivers_that_give_times) {
   V4l2Line cameras(different_delays(), {{.late = 0.0, .sequence = 7},
                                         {.late = 2.0, .sequence = 1000},
                                         {.late = 4.0},
@@ -102,9 +102,8 @@ GST_START_TEST(drivers_that_give_times) {
   cameras.line.play(3.5);
   cameras.expect_whole(0.95);
 }
-GST_END_TEST
 
-GST_START_TEST(a_driver_without_times_and_lost_frames) {
+ELEMENT_TEST(a_driver_without_times_and_lost_frames) {
   V4l2Line cameras(different_delays(), {{.lost = 40},
                                         {.late = 2.0, .lost = 40},
                                         {.late = 1.0, .sequence = 99},
@@ -113,16 +112,3 @@ GST_START_TEST(a_driver_without_times_and_lost_frames) {
   // Four and four frames of a hundred are lost, each in another set.
   cameras.expect_whole(0.75);
 }
-GST_END_TEST
-
-static Suite* live_v4l2_suite() {
-  Suite* suite = suite_create("live_v4l2");
-  TCase* tests = tcase_create("lines");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 600);
-  tcase_add_test(tests, drivers_that_give_times);
-  tcase_add_test(tests, a_driver_without_times_and_lost_frames);
-  return suite;
-}
-
-GST_CHECK_MAIN(live_v4l2)

@@ -4,16 +4,14 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
 #include "builtin/default_rig.h"
-#include "wire/mesh_payload.h"
-
-// gst-check's macros take names that the above uses.
 #include "element_checks.h"
+#include "support/folder.h"
+#include "wire/mesh_payload.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -37,20 +35,19 @@ Rig ring(int count) {
 
 /// The bytes of the last textured hull of \p count cameras, with \p behind after hulltexture.
 std::vector<std::uint8_t> textured(int count, const std::string& behind) {
-  char name[] = "/tmp/polyhull_ring_XXXXXX";
-  const std::string folder = mkdtemp(name);
-  std::ofstream(folder + "/ring.json") << rig_to_json(ring(count));
-  std::string line = "hullbuild name=h rig=" + folder + "/ring.json ! hulltexture ! " + behind +
-                     " fakesink name=out enable-last-sample=true ";
+  const Folder folder;
+  std::ofstream(folder.file("ring.json")) << rig_to_json(ring(count));
+  std::string line = "hullbuild name=h rig=" + folder.path + "/ring.json ! hulltexture ! " +
+                     behind + " fakesink name=out enable-last-sample=true ";
   for (int i = 0; i < count; ++i)
     line += fmt::format(
         "rigtestsrc rig={}/ring.json camera=cam{} num-buffers=2 ! video/x-raw,framerate=25/1 ! "
         "silhouette camera=cam{} ! queue ! h. ",
-        folder, i, i);
+        folder.path, i, i);
   GstElement* pipeline = parse(line);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline, 120 * GST_SECOND));
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "out");
+  GstElement* sink = named(pipeline, "out");
   GstSample* sample = nullptr;
   g_object_get(sink, "last-sample", &sample, nullptr);
   fail_unless(sample != nullptr);
@@ -60,16 +57,13 @@ std::vector<std::uint8_t> textured(int count, const std::string& behind) {
   std::vector<std::uint8_t> bytes(map.data, map.data + map.size);
   gst_buffer_unmap(buffer, &map);
   gst_sample_unref(sample);
-  gst_object_unref(sink);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
-  std::filesystem::remove_all(folder);
+  stop(pipeline);
   return bytes;
 }
 
 }  // namespace
 
-GST_START_TEST(test_hulls_of_many_cameras) {
+ELEMENT_TEST(test_hulls_of_many_cameras) {
   // 15 pixel blocks fill a buffer with the header; 16 and more do not go into it one by one.
   for (const int count : {15, 16, 20}) {
     const auto bytes = textured(count, "");
@@ -91,15 +85,3 @@ GST_START_TEST(test_hulls_of_many_cameras) {
     fail_unless_equals_int(wired.size(), bytes.size());
   }
 }
-GST_END_TEST
-
-static Suite* many_cameras_suite() {
-  Suite* suite = suite_create("many_cameras");
-  TCase* general = tcase_create("general");
-  tcase_set_timeout(general, 300);
-  suite_add_tcase(suite, general);
-  tcase_add_test(general, test_hulls_of_many_cameras);
-  return suite;
-}
-
-GST_CHECK_MAIN(many_cameras)

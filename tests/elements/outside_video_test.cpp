@@ -8,6 +8,7 @@
 #include <set>
 
 #include "camera_announced.h"
+#include "element_test.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -43,16 +44,14 @@ class Renderer {
     GInetAddress* here = g_inet_address_new_loopback(G_SOCKET_FAMILY_IPV4);
     address_ = g_inet_socket_address_new(here, static_cast<guint16>(messages));
     g_object_unref(here);
-    GstElement* painter = gst_bin_get_by_name(GST_BIN(pipeline_), "painter");
+    GstElement* painter = named(pipeline_, "painter");
     GstPad* pad = gst_element_get_static_pad(painter, "src");
     gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, paint, this, nullptr);
     gst_object_unref(pad);
-    gst_object_unref(painter);
     fail_if(gst_element_set_state(pipeline_, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
   }
   ~Renderer() {
-    gst_element_set_state(pipeline_, GST_STATE_NULL);
-    gst_object_unref(pipeline_);
+    stop(pipeline_);
     g_object_unref(address_);
     g_object_unref(to_);
   }
@@ -98,7 +97,7 @@ void expect_own_messages(const std::string& video, const char* match, int messag
       "udpsrc address=127.0.0.1 port=" + std::to_string(messages) + " ! plate.scene " + video +
       " ! avdec_h264 ! trackstamp name=plate scene-wait=3000000000 scene-match=" + match +
       " ! fakesink sync=false");
-  GstElement* plate = gst_bin_get_by_name(GST_BIN(pipeline), "plate");
+  GstElement* plate = named(pipeline, "plate");
   CameraLog log;
   log_cameras(plate, log);
   fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
@@ -119,22 +118,20 @@ void expect_own_messages(const std::string& video, const char* match, int messag
     ++announced;
   }
   fail_unless(announced >= 60 && seen.size() > 30, "%d announced, %d not", announced, alone);
-  gst_object_unref(plate);
   gst_object_unref(pipeline);
 }
 
 }  // namespace
 
-GST_START_TEST(test_srt_by_timecode) {
+ELEMENT_TEST(test_srt_by_timecode) {
   const int port = free_port(), messages = free_port();
   const std::string place = "uri=srt://127.0.0.1:" + std::to_string(port) + "?mode=";
   const Renderer renderer(
       "mpegtsmux alignment=7 ! srtsink wait-for-connection=false " + place + "listener", messages);
   expect_own_messages("srtsrc " + place + "caller ! tsdemux ! h264parse", "timecode", messages);
 }
-GST_END_TEST
 
-GST_START_TEST(test_rtp_by_clock) {
+ELEMENT_TEST(test_rtp_by_clock) {
   const int port = free_port(), reports = free_port(), messages = free_port();
   const Renderer renderer(
       "rtph264pay config-interval=-1 ! out.send_rtp_sink_0 "
@@ -153,16 +150,3 @@ GST_START_TEST(test_rtp_by_clock) {
           "in. ! rtph264depay ! h264parse",
       "clock", messages);
 }
-GST_END_TEST
-
-static Suite* outside_video_suite() {
-  Suite* suite = suite_create("outside_video");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 100);
-  tcase_add_test(tests, test_srt_by_timecode);
-  tcase_add_test(tests, test_rtp_by_clock);
-  return suite;
-}
-
-GST_CHECK_MAIN(outside_video);

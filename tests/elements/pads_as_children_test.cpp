@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What a launch line sets on pads and cannot: composite and hullbuild say it.
-#include <gst/check/gstcheck.h>
 
 #include <cmath>
 #include <string>
@@ -76,13 +75,12 @@ std::vector<std::string> composite_warnings(const std::string& setting) {
 
 }  // namespace
 
-GST_START_TEST(settings_that_are_taken_are_not_spoken_of) {
+ELEMENT_TEST(settings_that_are_taken_are_not_spoken_of) {
   fail_unless(composite_warnings("mesh_0::scale=2 mesh_0::translate-x=-1.5").empty());
   fail_unless(warnings_of(cameras("sink_0::camera=cam0 sink_1::camera=cam1")).empty());
 }
-GST_END_TEST
 
-GST_START_TEST(an_unknown_property_is_named_with_what_there_is) {
+ELEMENT_TEST(an_unknown_property_is_named_with_what_there_is) {
   const auto texts = composite_warnings("mesh_0::scal=2 mesh_0::rotate-y=10");
   fail_unless_equals_int(saying(texts, {"mesh_0::scal"}), 1);  // GStreamer's own
   fail_unless_equals_int(saying(texts, {"mesh_0", "scale (0.001 to 1000)", "translate-x"}), 1);
@@ -90,18 +88,16 @@ GST_START_TEST(an_unknown_property_is_named_with_what_there_is) {
   fail_unless_equals_int(saying(hull, {"sink_0::camra"}), 1);
   fail_unless_equals_int(saying(hull, {"sink_0 takes camera (text)"}), 1);
 }
-GST_END_TEST
 
-GST_START_TEST(a_value_that_cannot_be_read_is_said) {
+ELEMENT_TEST(a_value_that_cannot_be_read_is_said) {
   for (const char* value : {"abc", "1,5"}) {
     const auto texts = composite_warnings(std::string("mesh_0::scale=") + value);
     fail_unless_equals_int(saying(texts, {"mesh_0", "cannot be read", "decimal point"}), 1);
   }
 }
-GST_END_TEST
 
 // A pad's warning is its element's.
-GST_START_TEST(a_pad_keeps_its_value_where_none_is_a_number) {
+ELEMENT_TEST(a_pad_keeps_its_value_where_none_is_a_number) {
   GstElement* element = gst_element_factory_make("composite", nullptr);
   GstPad* pad = gst_element_request_pad_simple(element, "mesh_%u");
   ASSERT_WARNING(g_object_set(pad, "scale", std::nan(""), nullptr));
@@ -112,47 +108,27 @@ GST_START_TEST(a_pad_keeps_its_value_where_none_is_a_number) {
   gst_object_unref(pad);
   gst_object_unref(element);
 }
-GST_END_TEST
 
-GST_START_TEST(a_pad_that_takes_nothing_says_so) {
+ELEMENT_TEST(a_pad_that_takes_nothing_says_so) {
   const auto texts = composite_warnings("background::scale=2");
   fail_unless_equals_int(saying(texts, {"background takes no settings"}), 1);
 }
-GST_END_TEST
 
-GST_START_TEST(a_pad_that_never_comes_is_named_once) {
+ELEMENT_TEST(a_pad_that_never_comes_is_named_once) {
   const auto texts = composite_warnings("mesh_7::scale=2 mesh_7::rotate-y=2 mesh_0::scale=2");
   fail_unless_equals_int(saying(texts, {"mesh_7", "mix", "background, mesh_0"}), 1);
   fail_unless_equals_int(static_cast<int>(texts.size()), 1);
   const auto hull = warnings_of(cameras("sink_0::camera=cam0 sink_9::camera=cam5"));
   fail_unless_equals_int(saying(hull, {"sink_9", "sink_0, sink_1"}), 1);
 }
-GST_END_TEST
 
-GST_START_TEST(an_application_that_looks_for_pads_is_not_warned) {
+ELEMENT_TEST(an_application_that_looks_for_pads_is_not_warned) {
   GstElement* pipeline = parse(cameras("sink_0::camera=cam0"));
-  GstElement* hull = gst_bin_get_by_name(GST_BIN(pipeline), "hull");
+  GstElement* hull = named(pipeline, "hull");
   GstChildProxy* proxy = GST_CHILD_PROXY(hull);
   fail_unless(gst_child_proxy_get_child_by_name(proxy, "sink_5") == nullptr);
   GObject* pad = gst_child_proxy_get_child_by_name(proxy, "sink_0");
   fail_unless(pad != nullptr);
   g_object_unref(pad);
-  gst_object_unref(hull);
   fail_unless(warnings_of(pipeline).empty());
 }
-GST_END_TEST
-
-static Suite* pads_as_children_suite() {
-  Suite* suite = suite_create("pads_as_children");
-  TCase* group = tcase_create("launch lines");
-  suite_add_tcase(suite, group);
-  tcase_add_test(group, settings_that_are_taken_are_not_spoken_of);
-  tcase_add_test(group, an_unknown_property_is_named_with_what_there_is);
-  tcase_add_test(group, a_value_that_cannot_be_read_is_said);
-  tcase_add_test(group, a_pad_keeps_its_value_where_none_is_a_number);
-  tcase_add_test(group, a_pad_that_takes_nothing_says_so);
-  tcase_add_test(group, a_pad_that_never_comes_is_named_once);
-  tcase_add_test(group, an_application_that_looks_for_pads_is_not_warned);
-  return suite;
-}
-GST_CHECK_MAIN(pads_as_children)

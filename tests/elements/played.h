@@ -3,27 +3,19 @@
 /// What tests of takes share: a folder, and what came out of a pipeline.
 #pragma once
 
-#include <cstdlib>
-#include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "element_checks.h"
+#include "support/folder.h"
 
 namespace polyhull::test {
 
-/// A folder that goes with the test.
-struct Folder {
-  Folder() {
-    char name[] = "/tmp/polyhull_takes_XXXXXX";
-    path = mkdtemp(name);
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string file(const char* name = "dance.take") const { return path + "/" + name; }
-  std::string path;
-};
+inline std::string take_in(const Folder& folder) {
+  return folder.file("dance.take");
+}
 
 struct Seen {
   GstClockTime time, duration;
@@ -47,10 +39,7 @@ struct Played {
         },
         this);
   }
-  ~Played() {
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
-  }
+  ~Played() { stop(pipeline); }
   static void take(GstElement* sink, GstBuffer* buffer, GstPad*, gpointer data) {
     auto& self = *static_cast<Played*>(data);
     GstMapInfo map;

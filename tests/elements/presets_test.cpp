@@ -2,21 +2,20 @@
 // GstPreset on every element: what was set, saved and changed is as it was after loading; an
 // element's name, camera, device, files and places in the camera's picture are its own.
 #include <glib/gstdio.h>
-#include <gst/check/gstcheck.h>
 
 #include <map>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "element_test.h"
+#include "support/folder.h"
+
 namespace {
 
 // GLib looks once; so before main().
-const std::string folder = [] {
-  g_autofree gchar* made = g_dir_make_tmp("polyhull-presets-XXXXXX", nullptr);
-  g_setenv("XDG_DATA_HOME", made, TRUE);
-  return std::string(made);
-}();
+const polyhull::test::Folder folder;
+const bool is_used = g_setenv("XDG_DATA_HOME", folder.path.c_str(), TRUE) != FALSE;
 
 const std::set<std::string> own{"name",           "parent",          "camera",      "device",
                                 "location",       "mesh-location",   "record",      "rig",
@@ -107,7 +106,7 @@ GParamSpec* spec_of(GstElement* element, const std::string& name) {
 
 }  // namespace
 
-GST_START_TEST(test_saved_changed_loaded) {
+ELEMENT_TEST(test_saved_changed_loaded) {
   const std::vector<std::string> names = element_names();
   fail_unless(names.size() >= 12, "only %zu elements", names.size());
   for (const std::string& name : names) {
@@ -141,10 +140,9 @@ GST_START_TEST(test_saved_changed_loaded) {
     gst_object_unref(other);
   }
 }
-GST_END_TEST;
 
 // Every property that can be set is in a preset but for those that bind an element to its place.
-GST_START_TEST(test_what_a_preset_holds) {
+ELEMENT_TEST(test_what_a_preset_holds) {
   for (const std::string& name : element_names()) {
     GstElement* element = gst_element_factory_make(name.c_str(), nullptr);
     const std::set<std::string> kept = preset_properties(element);
@@ -160,21 +158,3 @@ GST_START_TEST(test_what_a_preset_holds) {
     gst_object_unref(element);
   }
 }
-GST_END_TEST;
-
-static void remove_folder() {
-  g_autofree gchar* command = g_strdup_printf("rm -r '%s'", folder.c_str());
-  fail_unless(g_spawn_command_line_sync(command, nullptr, nullptr, nullptr, nullptr));
-}
-
-static Suite* presets_suite() {
-  Suite* suite = suite_create("presets");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_add_unchecked_fixture(tests, nullptr, remove_folder);
-  tcase_add_test(tests, test_saved_changed_loaded);
-  tcase_add_test(tests, test_what_a_preset_holds);
-  return suite;
-}
-
-GST_CHECK_MAIN(presets)

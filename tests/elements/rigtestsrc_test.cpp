@@ -10,6 +10,7 @@
 #include "builtin/default_rig.h"
 #include "element_checks.h"
 #include "rig/rig.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -64,17 +65,14 @@ std::vector<Shot> shoot(const std::string& arguments,
     gst_sample_unref(sample);
   }
   gst_object_unref(sink);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   return shots;
 }
 
-std::string temporary(const char* name) {
-  return (std::filesystem::temp_directory_path() / name).string();
-}
+const Folder folder;
 
 std::string write_file(const char* name, const std::string& text) {
-  const std::string path = temporary(name);
+  const std::string path = folder.file(name);
   std::ofstream(path) << text;
   return path;
 }
@@ -87,18 +85,16 @@ void expect_error(const std::string& line, const std::string& part) {
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("rigtestsrc");
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states("rigtestsrc output=matte ! fakesink sync=true");
   check_states("rigtestsrc is-live=true output=matte ! fakesink", 6);
 }
-GST_END_TEST
 
-GST_START_TEST(test_buffers_are_numbered_and_timed) {
+ELEMENT_TEST(test_buffers_are_numbered_and_timed) {
   const auto shots = shoot("num-buffers=4 output=matte", "video/x-raw,framerate=30000/1001");
   fail_unless_equals_int(shots.size(), 4);
   for (std::uint64_t i = 0; i < 4; ++i) {
@@ -108,9 +104,8 @@ GST_START_TEST(test_buffers_are_numbered_and_timed) {
     fail_unless_equals_int(shots[i].bytes.size(), 1024 * 768);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_same_bytes_again) {
+ELEMENT_TEST(test_same_bytes_again) {
   const auto once = shoot("camera=cam2 num-buffers=3 noise=3 seed=9");
   const auto again = shoot("camera=cam2 num-buffers=3 noise=3 seed=9");
   const auto other = shoot("camera=cam2 num-buffers=3 noise=3 seed=10");
@@ -122,10 +117,9 @@ GST_START_TEST(test_same_bytes_again) {
   const auto still = shoot("speed=0 noise=0 num-buffers=2");
   fail_unless(still[0].bytes == still[1].bytes);
 }
-GST_END_TEST
 
 /// The qualities differ little.
-GST_START_TEST(test_quality) {
+ELEMENT_TEST(test_quality) {
   for (const char* output : {"matte", "depth"}) {
     // Hair is drawn by the same triangles with both.
     const std::string line = std::string("num-buffers=1 start=2 subject=hairy output=") + output;
@@ -151,12 +145,11 @@ GST_START_TEST(test_quality) {
   const double rms = std::sqrt(squares / static_cast<double>(fast.size()));
   fail_unless(rms < 0.65, "rms %g", rms);
 }
-GST_END_TEST
 
 /// All formats carry the same picture: BGRx is RGBA turned round, the YUV formats agree with each
 /// other byte for byte, and what videoconvert makes of them is near the RGBA picture (its fast
 /// paths are off by up to three levels; the exact values are tested in the library's yuv test).
-GST_START_TEST(test_chroma_formats) {
+ELEMENT_TEST(test_chroma_formats) {
   const std::string arguments = "num-buffers=1 start=6.9 noise=0";
   const auto rgba = shoot(arguments)[0].bytes;
   const auto bgrx = shoot(arguments, "video/x-raw,format=BGRx")[0].bytes;
@@ -196,9 +189,8 @@ GST_START_TEST(test_chroma_formats) {
     }
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_seek) {
+ELEMENT_TEST(test_seek) {
   const auto shots = shoot("num-buffers=60 output=matte", "video/x-raw,framerate=25/1");
   GstElement* pipeline = parse(
       "rigtestsrc output=matte ! video/x-raw,framerate=25/1 ! appsink name=out sync=false "
@@ -226,12 +218,10 @@ GST_START_TEST(test_seek) {
     fail_unless(pull(sink) == nullptr, "no end at the seek's stop");
   }
   gst_object_unref(sink);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_live_properties) {
+ELEMENT_TEST(test_live_properties) {
   GstElement* pipeline = parse(
       "rigtestsrc name=src noise=0 shadow=0 speed=0 ! video/x-raw,format=RGBA ! "
       "appsink name=out sync=false max-buffers=1");
@@ -261,12 +251,10 @@ GST_START_TEST(test_live_properties) {
   fail_unless(statistic(source, "frames") > 4);
   gst_object_unref(source);
   gst_object_unref(sink);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_truth) {
+ELEMENT_TEST(test_truth) {
   const auto matte =
       shoot("num-buffers=1 start=2 camera=cam3 output=matte", "video/x-raw")[0].bytes;
   const auto keyed =
@@ -285,16 +273,14 @@ GST_START_TEST(test_truth) {
   }
   fail_unless_equals_int(wrong, 0);
   fail_unless(covered > 10000);
-  const std::string pattern = temporary("rigtestsrc_truth_%03d.ply");
+  const std::string pattern = folder.file("rigtestsrc_truth_%03d.ply");
   shoot("num-buffers=2 mesh-location=" + pattern);
   for (const char* name : {"rigtestsrc_truth_000.ply", "rigtestsrc_truth_001.ply"}) {
-    fail_unless(std::filesystem::file_size(temporary(name)) > 100000);
-    std::filesystem::remove(temporary(name));
+    fail_unless(std::filesystem::file_size(folder.file(name)) > 100000);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_live_keeps_the_time) {
+ELEMENT_TEST(test_live_keeps_the_time) {
   GstElement* pipeline = parse(
       "rigtestsrc is-live=true num-buffers=10 output=matte ! video/x-raw,framerate=20/1 ! "
       "fakesink sync=false");
@@ -303,12 +289,10 @@ GST_START_TEST(test_live_keeps_the_time) {
   check_ended(wait_for_end(pipeline));
   const double seconds = static_cast<double>(g_get_monotonic_time() - begin) / 1e6;
   fail_unless(seconds > 0.4, "ten frames at 20 per second took %g s", seconds);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_renegotiation) {
+ELEMENT_TEST(test_renegotiation) {
   GstElement* pipeline = parse(
       "rigtestsrc noise=0 ! capsfilter name=filter caps=video/x-raw,format=RGBA ! appsink name=out "
       "sync=false "
@@ -332,25 +316,21 @@ GST_START_TEST(test_renegotiation) {
   }
   gst_object_unref(filter);
   gst_object_unref(sink);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_sample_outlives_the_element) {
+ELEMENT_TEST(test_sample_outlives_the_element) {
   GstElement* pipeline = parse("rigtestsrc ! appsink name=out sync=false max-buffers=1");
   GstElement* sink = sink_of(pipeline);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstSample* sample = pull(sink);
   gst_object_unref(sink);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   fail_unless(take(sample).bytes.size() > 100000);
   gst_sample_unref(sample);
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_input) {
+ELEMENT_TEST(test_bad_input) {
   expect_error("rigtestsrc camera=nobody ! fakesink", "cam0, cam1, cam2, cam3");
   expect_error("rigtestsrc rig=/nowhere/rig.json ! fakesink", "/nowhere/rig.json");
   const std::string text = write_file("rigtestsrc_text.json", "this is a letter");
@@ -375,14 +355,11 @@ GST_START_TEST(test_bad_input) {
   gst_message_unref(message);
   gst_object_unref(bus);
   check_ended(wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
-  for (const std::string& path : {text, version, open}) std::filesystem::remove(path);
+  stop(pipeline);
 }
-GST_END_TEST
 
 /// A rig from a file, in millimetres with z up, sees the figure where the built-in rig sees it.
-GST_START_TEST(test_rig_file_in_other_units) {
+ELEMENT_TEST(test_rig_file_in_other_units) {
   Rig rig = default_rig();
   const Mat3 to_z_up(Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(0, -1, 0));
   for (Camera& camera : rig.cameras) {
@@ -400,42 +377,14 @@ GST_START_TEST(test_rig_file_in_other_units) {
     different += std::abs(own[0].bytes[i] - file[0].bytes[i]) > 8;
   }
   fail_unless(different < 5, "%d pixels differ", different);
-  std::filesystem::remove(path);
 }
-GST_END_TEST
 
 /// Before, its triangles were split for minutes.
-GST_START_TEST(test_a_distortion_that_no_lens_has_is_left_out) {
+ELEMENT_TEST(test_a_distortion_that_no_lens_has_is_left_out) {
   Rig rig = default_rig();
   rig.cameras[2].distortion = {0.0, 688564.6, 980472.6, 600565.4};
   const std::string path = write_file("rigtestsrc_lens.json", rig_to_json(rig));
   const auto own = shoot("num-buffers=1 camera=cam2 output=matte", "video/x-raw");
   const auto file = shoot("num-buffers=1 camera=cam2 output=matte rig=" + path, "video/x-raw");
   fail_unless(own[0].bytes == file[0].bytes);
-  std::filesystem::remove(path);
 }
-GST_END_TEST
-
-static Suite* rigtestsrc_suite() {
-  Suite* suite = suite_create("rigtestsrc");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_states);
-  tcase_add_test(tests, test_buffers_are_numbered_and_timed);
-  tcase_add_test(tests, test_same_bytes_again);
-  tcase_add_test(tests, test_quality);
-  tcase_add_test(tests, test_chroma_formats);
-  tcase_add_test(tests, test_seek);
-  tcase_add_test(tests, test_live_properties);
-  tcase_add_test(tests, test_truth);
-  tcase_add_test(tests, test_live_keeps_the_time);
-  tcase_add_test(tests, test_renegotiation);
-  tcase_add_test(tests, test_sample_outlives_the_element);
-  tcase_add_test(tests, test_bad_input);
-  tcase_add_test(tests, test_rig_file_in_other_units);
-  tcase_add_test(tests, test_a_distortion_that_no_lens_has_is_left_out);
-  return suite;
-}
-GST_CHECK_MAIN(rigtestsrc)

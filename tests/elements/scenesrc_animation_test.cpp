@@ -5,6 +5,7 @@
 #include <string>
 
 #include "animated_file.h"
+#include "element_test.h"
 #include "shown_scene.h"
 
 using namespace polyhull;
@@ -29,7 +30,7 @@ std::string picture_at(float x) {
 
 // Not live each frame is the pose at its time, with its own light, as a file has it that was made so; the
 // animation begins anew where it ends.
-GST_START_TEST(each_frame_shows_its_pose) {
+ELEMENT_TEST(each_frame_shows_its_pose) {
   Shown shown("num-buffers=13 scene=" + animated_file());
   shown.wait_for_end();
   for (const std::size_t i : {0, 5, 9, 12}) {
@@ -44,10 +45,9 @@ GST_START_TEST(each_frame_shows_its_pose) {
   fail_unless_equals_uint64(shown.count("scene-changes"), 0);
   fail_unless(shown.said.empty());
 }
-GST_END_TEST;
 
 // Of a scene that is exposed too long that is said once, whatever moves.
-GST_START_TEST(each_scene_is_too_bright_once) {
+ELEMENT_TEST(each_scene_is_too_bright_once) {
   for (const char* live : {"", "is-live=true refinement=never "}) {
     Shown shown(std::string(live) +
                 "num-buffers=30 exposure-compensation=6 field-of-view=20 target=0,0,0 scene=" +
@@ -57,10 +57,9 @@ GST_START_TEST(each_scene_is_too_bright_once) {
     fail_unless(shown.said[0].find("clipped") != std::string::npos, "%s", shown.said[0].c_str());
   }
 }
-GST_END_TEST;
 
 // The choice of an animation, and its end; what stands still costs no light.
-GST_START_TEST(animations_are_chosen) {
+ELEMENT_TEST(animations_are_chosen) {
   const std::string file = animated_file(), rest = picture_of(scene_file("plain.glb", 0.2f));
   for (const char* choice : {"animation=0", "animation=rest"}) {
     Shown shown(std::string(choice) + " num-buffers=4 scene=" + file);
@@ -90,10 +89,9 @@ GST_START_TEST(animations_are_chosen) {
       none.said[0].find("has no animation 'jump'; it has 1 'slide', 2 'rest'") != std::string::npos,
       "%s", none.said[0].c_str());
 }
-GST_END_TEST;
 
 // One that moves nothing that is seen or lights is none: what follows has nothing to pose.
-GST_START_TEST(what_moves_nothing_is_not_announced) {
+ELEMENT_TEST(what_moves_nothing_is_not_announced) {
   const std::string file = scene_file("idle.glb", 0.2f);
   change_json(file, [](nlohmann::json& root) {
     root["scenes"][0]["nodes"].push_back(root["nodes"].size());
@@ -106,10 +104,9 @@ GST_START_TEST(what_moves_nothing_is_not_announced) {
     fail_unless(announced.pose == ScenePose() && announced.scene == file);
   fail_unless(shown.said.empty());
 }
-GST_END_TEST;
 
 // Live, whatever light is to be had: each frame is at the pose that it announces, which is that of its time.
-GST_START_TEST(live_frames_move_on) {
+ELEMENT_TEST(live_frames_move_on) {
   Shown shown("is-live=true refinement=never num-buffers=30 scene=" + animated_file());
   shown.wait_for_end();
   std::size_t moved = 0;
@@ -120,10 +117,9 @@ GST_START_TEST(live_frames_move_on) {
   }
   fail_unless(moved == shown.frames.size() - 1, "%zu", moved);
 }
-GST_END_TEST;
 
 // Live, a node that is moved is there with the next frame, and its exact light follows.
-GST_START_TEST(live_nodes_move_at_once) {
+ELEMENT_TEST(live_nodes_move_at_once) {
   const std::string a = scene_file("a.glb", 0.2f);
   const std::string live = "is-live=true progressive=false refinement=never ";
   const std::string of_moved = picture_of(a, live + "nodes=\"box move=0.4,0,0\"");
@@ -135,23 +131,4 @@ GST_START_TEST(live_nodes_move_at_once) {
   fail_unless(shown.announced[3].pose.nodes.empty() && !shown.announced[5].pose.nodes.empty());
   fail_unless(difference(shown.frames[3], shown.frames[5]) > 8);
   fail_unless_equals_uint64(shown.count("light-fills"), 2);
-}
-GST_END_TEST;
-
-static Suite* scenesrc_animation_suite() {
-  Suite* suite = suite_create("scenesrc_animation");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, each_frame_shows_its_pose);
-  tcase_add_test(tests, each_scene_is_too_bright_once);
-  tcase_add_test(tests, animations_are_chosen);
-  tcase_add_test(tests, what_moves_nothing_is_not_announced);
-  tcase_add_test(tests, live_frames_move_on);
-  tcase_add_test(tests, live_nodes_move_at_once);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  return run_with_folder("scenesrc_animation", scenesrc_animation_suite, argc, argv);
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "element_test.h"
 #include "shown_scene.h"
 
 using namespace polyhull;
@@ -12,7 +13,7 @@ using namespace polyhull::test;
 
 // Not live: the frame after the scene was set shows it, to the bit as if it had been there from the
 // start; the one before comes back without being lit again.
-GST_START_TEST(the_next_frame_shows_the_next_scene) {
+ELEMENT_TEST(the_next_frame_shows_the_next_scene) {
   const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f);
   Shown shown("num-buffers=8 scene=" + a, [&](Shown& self, std::size_t number) {
     if (number == 1) self.set("scene", b);
@@ -31,11 +32,10 @@ GST_START_TEST(the_next_frame_shows_the_next_scene) {
   fail_unless_equals_uint64(shown.count("light-fills"), 2);
   fail_unless_equals_uint64(shown.count("frames-drawn"), 3);
 }
-GST_END_TEST;
 
 // Live: frames go on with the last scene until the next is lit, and each is of the scene that is
 // announced with it; the one before is there with the next frame.
-GST_START_TEST(a_live_picture_goes_on_meanwhile) {
+ELEMENT_TEST(a_live_picture_goes_on_meanwhile) {
   const std::string live = "is-live=true progressive=false refinement=never light-spacing=0.02";
   const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f);
   const std::string of_a = picture_of(a, live), of_b = picture_of(b, live);
@@ -59,11 +59,10 @@ GST_START_TEST(a_live_picture_goes_on_meanwhile) {
   }
   fail_unless_equals_uint64(shown.count("light-fills"), 2);
 }
-GST_END_TEST;
 
 // Live, the scene comes with the frame at which what follows has it, too, however early it is lit, and is
 // asked for by the name that is announced. The path may be relative.
-GST_START_TEST(what_follows_is_waited_for) {
+ELEMENT_TEST(what_follows_is_waited_for) {
   const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f);
   constexpr std::size_t unready = 60;
   Shown shown("is-live=true refinement=never progressive=false scene=" + a,
@@ -84,13 +83,12 @@ GST_START_TEST(what_follows_is_waited_for) {
   for (const std::string& asked : shown.asked) fail_unless_equals_string(asked.c_str(), b.c_str());
   g_mutex_unlock(&shown.mutex);
 }
-GST_END_TEST;
 
 // A file that is not there is said, and the last scene stays; once it is there it is shown when it is
 // set again.
-GST_START_TEST(what_cannot_be_loaded_is_said) {
+ELEMENT_TEST(what_cannot_be_loaded_is_said) {
   for (const char* live : {"", "is-live=true refinement=never "}) {
-    const std::string a = scene_file("a.glb", 0.2f), late = (folder / "late.glb").string();
+    const std::string a = scene_file("a.glb", 0.2f), late = folder.file("late.glb");
     std::filesystem::remove(late);
     Shown shown(std::string(live) + "num-buffers=30 scene=" + a,
                 [&](Shown& self, std::size_t number) {
@@ -111,11 +109,10 @@ GST_START_TEST(what_cannot_be_loaded_is_said) {
     fail_unless(shown.announced.back().scene == late || *live != '\0');
   }
 }
-GST_END_TEST;
 
 // What is wrong with a file that is no longer wanted is not taken for the pose's.
-GST_START_TEST(a_wish_that_is_taken_back_is_no_pose) {
-  const std::string a = scene_file("a.glb", 0.2f), none = (folder / "none.glb").string();
+ELEMENT_TEST(a_wish_that_is_taken_back_is_no_pose) {
+  const std::string a = scene_file("a.glb", 0.2f), none = folder.file("none.glb");
   Shown shown("is-live=true refinement=never num-buffers=12 scene=" + a,
               [&](Shown& self, std::size_t number) {
                 if (number == 1) self.set("scene", none);
@@ -127,10 +124,9 @@ GST_START_TEST(a_wish_that_is_taken_back_is_no_pose) {
     fail_unless(said.find("pose") == std::string::npos, "%s", said.c_str());
   fail_unless(shown.announced.back().pose.nodes == "box move=0.4,0,0");
 }
-GST_END_TEST;
 
 // A file that is written anew is another scene once it is set again, and announced as such.
-GST_START_TEST(a_file_written_anew_is_read_again) {
+ELEMENT_TEST(a_file_written_anew_is_read_again) {
   const std::string c = scene_file("c.glb", 0.2f);
   const std::string before = picture_of(c);
   std::string after;
@@ -150,10 +146,9 @@ GST_START_TEST(a_file_written_anew_is_read_again) {
     fail_unless_equals_int(shown.announced[i].scene_version, i <= 3 ? 0 : 1);
   }
 }
-GST_END_TEST;
 
 // A stop, or other wishes, while one is loaded.
-GST_START_TEST(wishes_may_change_meanwhile) {
+ELEMENT_TEST(wishes_may_change_meanwhile) {
   const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.4f),
                     c = scene_file("c.glb", 0.3f);
   const std::string live = "is-live=true refinement=never light-spacing=0.02 progressive=false";
@@ -168,11 +163,10 @@ GST_START_TEST(wishes_may_change_meanwhile) {
   g_mutex_unlock(&shown.mutex);
   shown.set("scene", b);
 }
-GST_END_TEST;
 
 // A lamp that is moved and made larger from outside gives the picture of a file that has it so, with
 // the next frame, and is announced so.
-GST_START_TEST(lights_change_from_outside) {
+ELEMENT_TEST(lights_change_from_outside) {
   const std::string a = scene_file("a.glb", 0.2f), b = scene_file("b.glb", 0.2f, 2.0f);
   const std::string of_a = picture_of(a);
   // The larger lamp of the file gives twice the power.
@@ -195,11 +189,10 @@ GST_START_TEST(lights_change_from_outside) {
               0.99f);
   fail_unless(std::abs(shown.announced[6].lights.at(0).centre.x - 0.3f) < 1e-5f);
 }
-GST_END_TEST;
 
 // A node that is moved gives the picture of a file that has it there, announced with it; the pose before
 // is there at once.
-GST_START_TEST(nodes_move_and_vanish) {
+ELEMENT_TEST(nodes_move_and_vanish) {
   const std::string a = scene_file("a.glb", 0.2f), moved = scene_file("m.glb", 0.2f, 1.0f, 0.4f);
   const std::string of_a = picture_of(a);
   Shown shown("num-buffers=10 scene=" + a, [&](Shown& self, std::size_t number) {
@@ -222,11 +215,10 @@ GST_START_TEST(nodes_move_and_vanish) {
       shown.said[0].find("no node 'door'; it has 'floor', 'box', 'lamp'") != std::string::npos,
       "%s", shown.said[0].c_str());
 }
-GST_END_TEST;
 
 // Of two bodies alike in one place one after the other is hidden: the one that is left is seen.
-GST_START_TEST(variants_take_turns) {
-  const std::string path = (folder / "variants.glb").string();
+ELEMENT_TEST(variants_take_turns) {
+  const std::string path = folder.file("variants.glb");
   Scene scene = load_scene(scene_file("a.glb", 0.2f));
   scene.materials.push_back({});
   scene.materials.back().base_colour = Vec3f(1.0f, 0.0f, 0.0f);
@@ -244,10 +236,9 @@ GST_START_TEST(variants_take_turns) {
   fail_unless(difference(of_grey, of_red) > 8);
   fail_unless(shown.frames.at(1) == of_grey && shown.frames.at(3) == of_red);
 }
-GST_END_TEST;
 
 // What is no light change is refused, and lights that are not there are said, with those that are.
-GST_START_TEST(lights_that_are_not_there_are_said) {
+ELEMENT_TEST(lights_that_are_not_there_are_said) {
   const std::string a = scene_file("a.glb", 0.2f), of_a = picture_of(a);
   Shown shown("num-buffers=12 scene=" + a, [&](Shown& self, std::size_t number) {
     if (number == 1) self.set("lights", "sun intensity=0");
@@ -267,28 +258,4 @@ GST_START_TEST(lights_that_are_not_there_are_said) {
   g_object_get(shown.source, "lights", &lights, nullptr);
   fail_unless_equals_string(lights, "lamp intensity=0");
   g_free(lights);
-}
-GST_END_TEST;
-
-static Suite* scenesrc_scene_suite() {
-  Suite* suite = suite_create("scenesrc_scene");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, the_next_frame_shows_the_next_scene);
-  tcase_add_test(tests, a_live_picture_goes_on_meanwhile);
-  tcase_add_test(tests, what_follows_is_waited_for);
-  tcase_add_test(tests, what_cannot_be_loaded_is_said);
-  tcase_add_test(tests, a_wish_that_is_taken_back_is_no_pose);
-  tcase_add_test(tests, a_file_written_anew_is_read_again);
-  tcase_add_test(tests, wishes_may_change_meanwhile);
-  tcase_add_test(tests, lights_change_from_outside);
-  tcase_add_test(tests, nodes_move_and_vanish);
-  tcase_add_test(tests, variants_take_turns);
-  tcase_add_test(tests, lights_that_are_not_there_are_said);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  return run_with_folder("scenesrc_scene", scenesrc_scene_suite, argc, argv);
 }

@@ -13,16 +13,19 @@
 #include "element_checks.h"
 #include "scene/announcement.h"
 #include "small_scene.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
 
 namespace {
 
-std::filesystem::path folder;
+const Folder folder;
+// GLib looks once; so before main().
+const bool has_own_cache = g_setenv("XDG_CACHE_HOME", folder.file("cache").c_str(), TRUE) != FALSE;
 
 const std::string& small() {
-  static const std::string path = write_small_scene((folder / "small.glb").string());
+  static const std::string path = write_small_scene(folder.file("small.glb"));
   return path;
 }
 
@@ -77,20 +80,14 @@ GstPadProbeReturn take(GstPad*, GstPadProbeInfo* probe, gpointer data) {
 
 GstElement* start(const std::string& line, Log& log) {
   GstElement* pipeline = parse(line);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   GstPad* pad = gst_element_get_static_pad(sink, "sink");
   gst_pad_add_probe(
       pad,
       static_cast<GstPadProbeType>(GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM),
       take, &log, nullptr);
   gst_object_unref(pad);
-  gst_object_unref(sink);
   return pipeline;
-}
-
-void stop(GstElement* pipeline) {
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
 }
 
 void run(const std::string& line, Log& log) {
@@ -125,29 +122,20 @@ double mean(const std::vector<std::uint8_t>& frame) {
 }
 
 guint64 counter(GstElement* pipeline, const char* name) {
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
-  GstStructure* stats = nullptr;
-  g_object_get(source, "stats", &stats, nullptr);
-  guint64 value = 0;
-  fail_unless(gst_structure_get_uint64(stats, name, &value), "%s", name);
-  gst_structure_free(stats);
-  gst_object_unref(source);
-  return value;
+  return statistic(named(pipeline, "src"), name);
 }
 
 }  // namespace
 
-GST_START_TEST(documented) {
+ELEMENT_TEST(documented) {
   check_documented("scenesrc");
 }
-GST_END_TEST;
 
-GST_START_TEST(states) {
+ELEMENT_TEST(states) {
   check_states(line_of("light-spacing=0.2", "width=16,height=9"), 50);
 }
-GST_END_TEST;
 
-GST_START_TEST(announces_before_the_first_frame_it_holds_for) {
+ELEMENT_TEST(announces_before_the_first_frame_it_holds_for) {
   Log moving, still;
   run(line_of("num-buffers=4 path=orbit"), moving);
   fail_unless_equals_int(moving.frames.size(), 4);
@@ -177,9 +165,8 @@ GST_START_TEST(announces_before_the_first_frame_it_holds_for) {
     fail_unless(still.times[i] == i * 40 * GST_MSECOND);
   }
 }
-GST_END_TEST;
 
-GST_START_TEST(formats_and_sizes) {
+ELEMENT_TEST(formats_and_sizes) {
   Log rgba, bgrx;
   run(line_of("num-buffers=1", "width=33,height=17,framerate=30000/1001"), rgba);
   fail_unless_equals_int(rgba.frames[0].size(), 33 * 17 * 4);
@@ -201,9 +188,8 @@ GST_START_TEST(formats_and_sizes) {
   fail_unless_equals_int(standard.info.height, 720);
   fail_unless_equals_int(standard.info.fps_n, 25);
 }
-GST_END_TEST;
 
-GST_START_TEST(renegotiation_goes_on_in_time) {
+ELEMENT_TEST(renegotiation_goes_on_in_time) {
   Log log;
   GstElement* pipeline = start("scenesrc scene=" + small() +
                                    " ! capsfilter name=filter caps=video/x-raw,width=32,height=18,"
@@ -211,11 +197,10 @@ GST_START_TEST(renegotiation_goes_on_in_time) {
                                log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   wait_for_frames(log, 2);
-  GstElement* filter = gst_bin_get_by_name(GST_BIN(pipeline), "filter");
+  GstElement* filter = named(pipeline, "filter");
   GstCaps* caps = gst_caps_from_string("video/x-raw,width=48,height=36,framerate=20/1");
   g_object_set(filter, "caps", caps, nullptr);
   gst_caps_unref(caps);
-  gst_object_unref(filter);
   const std::size_t seen = log.frames.size();
   wait_for_frames(log, seen + 4);
   stop(pipeline);
@@ -228,9 +213,8 @@ GST_START_TEST(renegotiation_goes_on_in_time) {
   }
   fail_unless(changed);
 }
-GST_END_TEST;
 
-GST_START_TEST(seeks_to_the_frame_of_that_time) {
+ELEMENT_TEST(seeks_to_the_frame_of_that_time) {
   Log whole, sought;
   run(line_of("num-buffers=30 path=orbit"), whole);
   GstElement* pipeline = start(line_of("path=orbit"), sought);
@@ -255,9 +239,8 @@ GST_START_TEST(seeks_to_the_frame_of_that_time) {
           "backwards is refused");
   stop(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(stop_time_ends_the_stream) {
+ELEMENT_TEST(stop_time_ends_the_stream) {
   Log log;
   GstElement* pipeline = start(line_of(""), log);
   gst_element_set_state(pipeline, GST_STATE_PAUSED);
@@ -269,10 +252,9 @@ GST_START_TEST(stop_time_ends_the_stream) {
   stop(pipeline);
   fail_unless(log.times.back() == 360 * GST_MSECOND);
 }
-GST_END_TEST;
 
 /// The light is computed once, and found the next time, unless it is not to be kept.
-GST_START_TEST(light_is_kept_from_one_run_to_the_next) {
+ELEMENT_TEST(light_is_kept_from_one_run_to_the_next) {
   const std::filesystem::path kept =
       std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light";
   std::filesystem::remove_all(kept);
@@ -296,11 +278,10 @@ GST_START_TEST(light_is_kept_from_one_run_to_the_next) {
   fail_unless_equals_int(loads("light-cache=false", unkept), 0);
   fail_unless(computed == unkept);
 }
-GST_END_TEST;
 
 /// A live source shows a coarse light first and the exact one some time later; one that is not live
 /// has the exact one in its first frame.
-GST_START_TEST(live_light_is_coarse_and_then_exact) {
+ELEMENT_TEST(live_light_is_coarse_and_then_exact) {
   const std::string properties = "light-cache=false light-spacing=0.1 refinement=never ";
   const auto first_frame = [&](const char* more) {
     Log log;
@@ -327,16 +308,14 @@ GST_START_TEST(live_light_is_coarse_and_then_exact) {
   fail_unless(log.frames[0] != exact);
   fail_unless(log.frames.back() == exact);
 }
-GST_END_TEST;
 
-GST_START_TEST(live_properties_act_on_the_next_frame) {
+ELEMENT_TEST(live_properties_act_on_the_next_frame) {
   Log log;
   GstElement* pipeline =
       start(line_of("light-cache=false", "width=64,height=48,framerate=50/1"), log);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   g_object_set(sink, "sync", TRUE, nullptr);
-  gst_object_unref(sink);
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+  GstElement* source = named(pipeline, "src");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   wait_for_frames(log, 2);
   const double normal = mean(log.frames.back());
@@ -380,17 +359,14 @@ GST_START_TEST(live_properties_act_on_the_next_frame) {
   after("smoothing", 0.045);
   fail_unless(counter(pipeline, "warnings") > 0);
   fail_unless(std::abs(log.announcements.back().viewport.centre().y - 3.0) < 1e-3);
-  gst_object_unref(source);
   stop(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(controllers_drive_the_viewport) {
+ELEMENT_TEST(controllers_drive_the_viewport) {
   Log log;
   GstElement* pipeline = start(line_of("num-buffers=3"), log);
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+  GstElement* source = named(pipeline, "src");
   control(source, "eye-x", 1.0, 3.0, 80 * GST_MSECOND);
-  gst_object_unref(source);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   fail_unless(wait_for_end(pipeline).empty());
   stop(pipeline);
@@ -399,10 +375,9 @@ GST_START_TEST(controllers_drive_the_viewport) {
     fail_unless(std::abs(log.announcements[i].viewport.centre().x - (1.0 + i)) < 1e-6);
   }
 }
-GST_END_TEST;
 
-GST_START_TEST(key_frames_move_the_viewport) {
-  const std::string path = (folder / "move.json").string();
+ELEMENT_TEST(key_frames_move_the_viewport) {
+  const std::string path = folder.file("move.json");
   std::ofstream(path) << R"({"format": "polyhull-key-frames", "version": 1, "keys": [
       {"time": 0, "eye": [1, 1.5, 2], "target": [0, 0.3, 0], "field-of-view": 40},
       {"time": 0.08, "eye": [3, 1.5, 2], "easing": "linear"},
@@ -424,11 +399,10 @@ GST_START_TEST(key_frames_move_the_viewport) {
   const std::string result = run_to_end(line_of("num-buffers=5 key-frames=" + path));
   fail_unless(result.find("move.json: keys[0]") != std::string::npos, "%s", result.c_str());
 }
-GST_END_TEST;
 
 // While playing they are read when they are named, or written anew; broken ones leave the viewport.
-GST_START_TEST(key_frames_are_live) {
-  const std::string path = (folder / "live.json").string();
+ELEMENT_TEST(key_frames_are_live) {
+  const std::string path = folder.file("live.json");
   const auto write = [&](const std::string& key) {
     std::ofstream(path + ".new") << R"({"format": "polyhull-key-frames", "version": 1, "keys": [)" +
                                         key + "]}";
@@ -440,9 +414,9 @@ GST_START_TEST(key_frames_are_live) {
   };
   Log log;
   GstElement* pipeline = start(line_of("", "width=64,height=48,framerate=50/1"), log);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   g_object_set(sink, "sync", TRUE, nullptr);
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+  GstElement* source = named(pipeline, "src");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   wait_for_frames(log, 1);
   const auto expect_x = [&](double x) {
@@ -481,24 +455,20 @@ GST_START_TEST(key_frames_are_live) {
   GstBus* bus = gst_element_get_bus(pipeline);
   expect_warning(bus, "\"eye\" was set to something that is not three numbers");
   gst_object_unref(bus);
-  gst_object_unref(source);
-  gst_object_unref(sink);
   stop(pipeline);
   // Before there is a pipeline that could take a message.
   GstElement* alone = gst_element_factory_make("scenesrc", nullptr);
   ASSERT_WARNING(g_object_set(alone, "eye", "1 2 3", nullptr));
   gst_object_unref(alone);
 }
-GST_END_TEST;
 
-GST_START_TEST(a_picture_that_is_mostly_white_is_said_once) {
+ELEMENT_TEST(a_picture_that_is_mostly_white_is_said_once) {
   for (const bool bright : {false, true}) {
     GstElement* pipeline =
         parse(line_of(std::string("num-buffers=4 eye=0,1.5,0.1 target=0,0,0 field-of-view=40 ") +
                       (bright ? "exposure-compensation=5" : "")));
-    GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+    GstElement* source = named(pipeline, "src");
     control(source, "eye-x", 0.0, 0.1, 160 * GST_MSECOND);  // each frame is another view
-    gst_object_unref(source);
     GstBus* bus = gst_element_get_bus(pipeline);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     const std::string end = wait_for_end(pipeline);
@@ -508,12 +478,11 @@ GST_START_TEST(a_picture_that_is_mostly_white_is_said_once) {
     gst_object_unref(bus);
   }
 }
-GST_END_TEST;
 
-GST_START_TEST(mouse_and_keys_move_the_viewport) {
+ELEMENT_TEST(mouse_and_keys_move_the_viewport) {
   Log log;
   GstElement* pipeline = start(line_of("", "width=64,height=48,framerate=50/1"), log);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   g_object_set(sink, "sync", TRUE, nullptr);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   wait_for_frames(log, 1);
@@ -548,12 +517,10 @@ GST_START_TEST(mouse_and_keys_move_the_viewport) {
   fail_unless(glm::length(nearer - target) < 0.95 * glm::length(before - target));
   fail_unless(glm::length(centre_after(key("Home")) - before) < 1e-6);
   gst_object_unref(pad);
-  gst_object_unref(sink);
   stop(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(a_still_view_is_refined_and_then_only_repeated) {
+ELEMENT_TEST(a_still_view_is_refined_and_then_only_repeated) {
   Log log;
   GstElement* pipeline = start(line_of("num-buffers=12 refinement=always samples=5"), log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -569,9 +536,8 @@ GST_START_TEST(a_still_view_is_refined_and_then_only_repeated) {
   fail_unless(std::abs(mean(log.frames[11]) - mean(log.frames[0])) < 0.5);
   fail_unless_equals_int(log.announcements.size(), 1);
 }
-GST_END_TEST;
 
-GST_START_TEST(live_frames_come_at_their_time_and_are_refined_between) {
+ELEMENT_TEST(live_frames_come_at_their_time_and_are_refined_between) {
   Log log;
   GstElement* pipeline = start(
       line_of("num-buffers=15 is-live=true progressive=false", "width=32,height=24,framerate=25/1"),
@@ -585,21 +551,19 @@ GST_START_TEST(live_frames_come_at_their_time_and_are_refined_between) {
     fail_unless((log.times[i] - log.times[0]) % (40 * GST_MSECOND) == 0);
   }
 }
-GST_END_TEST;
 
-GST_START_TEST(bad_scenes_are_refused_once_and_clearly) {
+ELEMENT_TEST(bad_scenes_are_refused_once_and_clearly) {
   {
-    std::ofstream(folder / "empty.gltf")
+    std::ofstream(folder.file("empty.gltf"))
         << R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[]}]})";
-    std::ofstream(folder / "textured.gltf")
+    std::ofstream(folder.file("textured.gltf"))
         << R"({"asset":{"version":"2.0"},"materials":[{"name":"brick","pbrMetallicRoughness":
         {"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],"images":[{"uri":"brick.png"}]})";
   }
-  const std::pair<std::string, const char*> cases[] = {
-      {"/nowhere/room.glb", "does not exist"},
-      {(folder / "empty.gltf").string(), "no geometry"},
-      {(folder / "textured.gltf").string(), "brick.png"},
-      {folder.string(), "not a file"}};
+  const std::pair<std::string, const char*> cases[] = {{"/nowhere/room.glb", "does not exist"},
+                                                       {folder.file("empty.gltf"), "no geometry"},
+                                                       {folder.file("textured.gltf"), "brick.png"},
+                                                       {folder.path, "not a file"}};
   for (const auto& [path, words] : cases) {
     GstElement* pipeline = parse("scenesrc scene=" + path + " ! fakesink");
     fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PAUSED),
@@ -621,16 +585,14 @@ GST_START_TEST(bad_scenes_are_refused_once_and_clearly) {
   const std::string result = run_to_end(line_of("eye-x=0 eye-y=0.3 eye-z=0"));
   fail_unless(result.find("eye and a target") != std::string::npos, "%s", result.c_str());
 }
-GST_END_TEST;
 
-GST_START_TEST(a_frame_outlives_its_pipeline) {
+ELEMENT_TEST(a_frame_outlives_its_pipeline) {
   GstElement* pipeline = parse(line_of("num-buffers=3") + " enable-last-sample=true");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   fail_unless(wait_for_end(pipeline).empty());
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   GstSample* sample = nullptr;
   g_object_get(sink, "last-sample", &sample, nullptr);
-  gst_object_unref(sink);
   stop(pipeline);
   GstMapInfo map;
   fail_unless(gst_buffer_map(gst_sample_get_buffer(sample), &map, GST_MAP_READ));
@@ -638,59 +600,11 @@ GST_START_TEST(a_frame_outlives_its_pipeline) {
   gst_buffer_unmap(gst_sample_get_buffer(sample), &map);
   gst_sample_unref(sample);
 }
-GST_END_TEST;
 
-GST_START_TEST(two_in_one_process) {
+ELEMENT_TEST(two_in_one_process) {
   fail_unless(
       run_to_end("scenesrc num-buffers=5 path=orbit scene=" + small() +
                  " ! video/x-raw,width=32,height=18 ! fakesink scenesrc num-buffers=5 scene=" +
                  small() + " ! video/x-raw,width=48,height=18 ! fakesink")
           .empty());
-}
-GST_END_TEST;
-
-static Suite* scenesrc_suite() {
-  Suite* suite = suite_create("scenesrc");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  folder =
-      std::filesystem::temp_directory_path() / ("polyhull_scenesrc_" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  small();
-  tcase_add_test(tests, documented);
-  tcase_add_test(tests, states);
-  tcase_add_test(tests, announces_before_the_first_frame_it_holds_for);
-  tcase_add_test(tests, formats_and_sizes);
-  tcase_add_test(tests, renegotiation_goes_on_in_time);
-  tcase_add_test(tests, seeks_to_the_frame_of_that_time);
-  tcase_add_test(tests, stop_time_ends_the_stream);
-  tcase_add_test(tests, light_is_kept_from_one_run_to_the_next);
-  tcase_add_test(tests, live_light_is_coarse_and_then_exact);
-  tcase_add_test(tests, live_properties_act_on_the_next_frame);
-  tcase_add_test(tests, controllers_drive_the_viewport);
-  tcase_add_test(tests, key_frames_move_the_viewport);
-  tcase_add_test(tests, key_frames_are_live);
-  tcase_add_test(tests, a_picture_that_is_mostly_white_is_said_once);
-  tcase_add_test(tests, mouse_and_keys_move_the_viewport);
-  tcase_add_test(tests, a_still_view_is_refined_and_then_only_repeated);
-  tcase_add_test(tests, live_frames_come_at_their_time_and_are_refined_between);
-  tcase_add_test(tests, bad_scenes_are_refused_once_and_clearly);
-  tcase_add_test(tests, a_frame_outlives_its_pipeline);
-  tcase_add_test(tests, two_in_one_process);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  // A cache of its own, which it empties.
-  const std::filesystem::path cache =
-      std::filesystem::temp_directory_path() / ("polyhull_cache_" + std::to_string(getpid()));
-  g_setenv("XDG_CACHE_HOME", cache.c_str(), TRUE);
-  gst_check_init(&argc, &argv);
-  Suite* suite = scenesrc_suite();
-  const int failures = gst_check_run_suite(suite, "scenesrc", __FILE__);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  std::filesystem::remove_all(cache, ignored);
-  return failures;
 }

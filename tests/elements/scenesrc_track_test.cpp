@@ -3,13 +3,14 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <filesystem>
 #include <fstream>
 #include <random>
 #include <vector>
 
 #include "camera_announced.h"
+#include "element_test.h"
 #include "small_scene.h"
+#include "support/folder.h"
 #include "support/run_kind.h"
 
 using namespace polyhull;
@@ -18,22 +19,20 @@ using namespace polyhull::test;
 namespace {
 
 constexpr std::int64_t ms = GST_MSECOND;
-std::filesystem::path folder;
+const Folder folder;
 
 std::string scenesrc(const std::string& properties, const char* rate = "25/1") {
-  static const std::string scene = write_small_scene((folder / "small.glb").string());
+  static const std::string scene = write_small_scene(folder.file("small.glb"));
   return " scenesrc name=src light-spacing=0.2 eye-x=5 scene=" + scene + " " + properties +
          " ! video/x-raw,format=RGBA,width=32,height=24,framerate=" + rate + " ";
 }
 
 void log_source(GstElement* pipeline, CameraLog& log) {
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
-  log_cameras(source, log);
-  gst_object_unref(source);
+  log_cameras(named(pipeline, "src"), log);
 }
 
 std::string moving(const char* name, std::int64_t step, int count) {
-  return record_motion(folder / name, step, count);
+  return record_motion(folder.file(name), step, count);
 }
 
 void play(GstElement* pipeline) {
@@ -41,27 +40,13 @@ void play(GstElement* pipeline) {
   check_ended(wait_for_end(pipeline, 200 * GST_SECOND));
 }
 
-void stop(GstElement* pipeline) {
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
-}
-
 guint64 counter(GstElement* pipeline, const char* element, const char* name) {
-  GstElement* found = gst_bin_get_by_name(GST_BIN(pipeline), element);
-  const guint64 value = statistic(found, name);
-  gst_object_unref(found);
-  return value;
-}
-
-GstElement* source_of(GstElement* pipeline) {
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
-  gst_object_unref(source);  // the pipeline has it
-  return source;
+  return statistic(named(pipeline, element), name);
 }
 
 }  // namespace
 
-GST_START_TEST(test_random_poses_are_announced) {
+ELEMENT_TEST(test_random_poses_are_announced) {
   const int count = sanitized() ? 100 : 1000;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> metre(-50, 50), turn(-180, 180);
@@ -71,7 +56,7 @@ GST_START_TEST(test_random_poses_are_announced) {
     angles.push_back({turn(random), turn(random) / 2, turn(random)});
   }
   GstElement* pipeline = parse(
-      "tracksrc location=" + record_track(folder / "random.pcap", 40 * ms, places, angles) +
+      "tracksrc location=" + record_track(folder.file("random.pcap"), 40 * ms, places, angles) +
       " ! src.track" + scenesrc("num-buffers=" + std::to_string(count)) + " ! fakesink sync=false");
   CameraLog log;
   log_source(pipeline, log);
@@ -92,10 +77,9 @@ GST_START_TEST(test_random_poses_are_announced) {
   fail_unless_equals_uint64(counter(pipeline, "src", "frames-tracked"), count);
   stop(pipeline);
 }
-GST_END_TEST
 
 // Frames between poses, and the picture where the announced camera sees the box.
-GST_START_TEST(test_between_poses_and_in_register) {
+ELEMENT_TEST(test_between_poses_and_in_register) {
   GstElement* pipeline =
       parse("tracksrc location=" + moving("moving.pcap", 7 * ms, 200) + " ! src.track" +
             scenesrc("num-buffers=30") + " ! fakesink sync=false");
@@ -116,9 +100,8 @@ GST_START_TEST(test_between_poses_and_in_register) {
   fail_unless(seen > 20);
   stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_composite_hears_of_each_frame) {
+ELEMENT_TEST(test_composite_hears_of_each_frame) {
   GstElement* pipeline =
       parse("tracksrc location=" + moving("composite.pcap", 10 * ms, 100) + " ! src.track" +
             scenesrc("num-buffers=10") +
@@ -131,9 +114,8 @@ GST_START_TEST(test_composite_hears_of_each_frame) {
   fail_unless_equals_uint64(counter(pipeline, "c", "frames"), 10);
   stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_seek_takes_the_track_along) {
+ELEMENT_TEST(test_seek_takes_the_track_along) {
   GstElement* pipeline = parse("tracksrc location=" + moving("seek.pcap", 10 * ms, 300) +
                                " ! src.track" + scenesrc("") + " ! fakesink name=sink sync=false");
   CameraLog log;
@@ -149,15 +131,14 @@ GST_START_TEST(test_seek_takes_the_track_along) {
   }
   stop(pipeline);
 }
-GST_END_TEST
 
 // A seek goes to the track first: frames of before come among poses from the begin again.
-GST_START_TEST(test_frames_of_before_a_seek) {
+ELEMENT_TEST(test_frames_of_before_a_seek) {
   GstElement* pipeline = parse(scenesrc("") + " ! fakesink name=sink sync=false");
   CameraLog log;
   log_source(pipeline, log);
   {
-    PoseFile poses(source_of(pipeline));
+    PoseFile poses(named(pipeline, "src"));
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     poses.play();
     for (int i = 0; i < 3000 && poses.pushed < 2000; ++i) g_usleep(10000);
@@ -178,10 +159,9 @@ GST_START_TEST(test_frames_of_before_a_seek) {
     expect_place(log.frames[i].camera, {1e-9 * static_cast<double>(log.frames[i].time), -3, 0.3});
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
 // FreeD tells no distortion of the lens: the properties' holds.
-GST_START_TEST(test_distortion_where_the_track_tells_none) {
+ELEMENT_TEST(test_distortion_where_the_track_tells_none) {
   GstElement* pipeline =
       parse("tracksrc location=" + moving("plain.pcap", 10 * ms, 10) + " ! src.track" +
             scenesrc("num-buffers=1 distortion-k1=-0.1") + " ! fakesink sync=false");
@@ -191,22 +171,21 @@ GST_START_TEST(test_distortion_where_the_track_tells_none) {
   fail_unless(log.frames.at(0).camera.distortion == std::vector<double>({-0.1, 0, 0, 0, 0}));
   stop(pipeline);
 }
-GST_END_TEST
 
 // A PTZ head's encoders move the viewport's lens by way of a lens file, up to composite.
-GST_START_TEST(test_encoders_move_the_lens) {
+ELEMENT_TEST(test_encoders_move_the_lens) {
   {
-    PacketRecorder recorder((folder / "ptz.pcap").string(), 55555);
+    PacketRecorder recorder(folder.file("ptz.pcap"), 55555);
     for (unsigned i = 0; i <= 10; ++i)
       recorder.write({40 * ms * i, 0x7F000001, 4000,
                       track_examples::freed(1, {0, 0, 0}, {0, -3, 0.3}, 100 * i, 1000 - 100 * i)});
-    std::ofstream(folder / "lens.txt") << "zoom focal_length_mm k1 entrance_pupil_m\n"
-                                          "0 10 -0.1 0.0\n1000 30 0.1 0.2\n"
-                                          "focus focus_distance_m\n0 1\n1000 inf\n";
+    std::ofstream(folder.file("lens.txt")) << "zoom focal_length_mm k1 entrance_pupil_m\n"
+                                              "0 10 -0.1 0.0\n1000 30 0.1 0.2\n"
+                                              "focus focus_distance_m\n0 1\n1000 inf\n";
   }
   GstElement* pipeline =
-      parse("tracksrc sensor-width=12 location=" + (folder / "ptz.pcap").string() + " lens-file=" +
-            (folder / "lens.txt").string() + " ! src.track" + scenesrc("num-buffers=11") +
+      parse("tracksrc sensor-width=12 location=" + folder.file("ptz.pcap") +
+            " lens-file=" + folder.file("lens.txt") + " ! src.track" + scenesrc("num-buffers=11") +
             " ! c.background composite name=c backend=processor ! fakesink "
             "sync=false");
   CameraLog log;
@@ -224,20 +203,18 @@ GST_START_TEST(test_encoders_move_the_lens) {
   fail_unless_equals_uint64(counter(pipeline, "c", "announcements"), 11);
   stop(pipeline);
 }
-GST_END_TEST
 
 // A live track that has never said anything holds up no frame for longer than a second.
-GST_START_TEST(test_silent_track_is_not_waited_for) {
+ELEMENT_TEST(test_silent_track_is_not_waited_for) {
   GstElement* pipeline =
       parse("tracksrc port=0 ! src.track" + scenesrc("num-buffers=5") + " ! fakesink sync=false");
   play(pipeline);
   fail_unless_equals_uint64(counter(pipeline, "src", "frames-untracked"), 5);
   stop(pipeline);
 }
-GST_END_TEST
 
 // After the track's end its last pose stands; that is counted, and said once.
-GST_START_TEST(test_lost_track_keeps_its_last_pose) {
+ELEMENT_TEST(test_lost_track_keeps_its_last_pose) {
   GstElement* pipeline =
       parse("tracksrc location=" + moving("lost.pcap", 10 * ms, 51) + " ! src.track" +
             scenesrc("num-buffers=75") + " ! fakesink sync=false");
@@ -265,13 +242,12 @@ GST_START_TEST(test_lost_track_keeps_its_last_pose) {
   fail_unless_equals_int(warnings, 1);
   stop(pipeline);
 }
-GST_END_TEST
 
 // Live: a pose that came before the frame before left is shown at the latest in this one; a silence
 // is survived.
-GST_START_TEST(test_live_is_a_frame_late_at_most) {
+ELEMENT_TEST(test_live_is_a_frame_late_at_most) {
   GstElement* pipeline = parse(scenesrc("is-live=true", "20/1") + " ! fakesink sync=false");
-  PosePusher poses(source_of(pipeline), true);
+  PosePusher poses(named(pipeline, "src"), true);
   static std::atomic<guint64> sent;  // the last pose that was taken, in millimetres
   sent = 0;
   struct Live {
@@ -320,14 +296,13 @@ GST_START_TEST(test_live_is_a_frame_late_at_most) {
   fail_unless(checked > 10);
   gst_element_set_state(pipeline, GST_STATE_NULL);
 }
-GST_END_TEST
 
-GST_START_TEST(test_messages_that_are_none_are_counted) {
+ELEMENT_TEST(test_messages_that_are_none_are_counted) {
   GstElement* pipeline = parse(scenesrc("num-buffers=20") + " ! fakesink sync=false");
   CameraLog log;
   log_source(pipeline, log);
   {
-    PosePusher poses(source_of(pipeline), false);
+    PosePusher poses(named(pipeline, "src"), false);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     poses.begin();
     fail_unless_equals_int(poses.push(0.0, 0), GST_FLOW_OK);
@@ -344,22 +319,20 @@ GST_START_TEST(test_messages_that_are_none_are_counted) {
     gst_element_set_state(pipeline, GST_STATE_NULL);
   }
   // Without the pad, or with one that nothing is linked to, the viewport is the properties'.
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+  GstElement* source = named(pipeline, "src");
   GstPad* track = gst_element_request_pad_simple(source, "track");
   play(pipeline);
   fail_unless(std::abs(log.frames.back().camera.centre().x - 5.0) < 1e-9);
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_element_release_request_pad(source, track);
   gst_object_unref(track);
-  gst_object_unref(source);
   stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_unlinked_while_a_frame_waits) {
+ELEMENT_TEST(test_unlinked_while_a_frame_waits) {
   GstElement* pipeline = parse(scenesrc("num-buffers=5") + " ! fakesink sync=false");
   {
-    PosePusher poses(source_of(pipeline), false);
+    PosePusher poses(named(pipeline, "src"), false);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     poses.begin();
     fail_unless_equals_int(poses.push(0.0, 0), GST_FLOW_OK);
@@ -370,44 +343,10 @@ GST_START_TEST(test_unlinked_while_a_frame_waits) {
   }
   stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states("tracksrc location=" + moving("states.pcap", 10 * ms, 500) + " ! src.track" +
                    scenesrc("") + " ! fakesink",
                20);
   check_states("tracksrc port=0 ! src.track" + scenesrc("is-live=true") + " ! fakesink", 10);
-}
-GST_END_TEST
-
-static Suite* scenesrc_track_suite() {
-  Suite* suite = suite_create("scenesrc_track");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 200);
-  tcase_add_test(tests, test_random_poses_are_announced);
-  tcase_add_test(tests, test_between_poses_and_in_register);
-  tcase_add_test(tests, test_composite_hears_of_each_frame);
-  tcase_add_test(tests, test_seek_takes_the_track_along);
-  tcase_add_test(tests, test_frames_of_before_a_seek);
-  tcase_add_test(tests, test_distortion_where_the_track_tells_none);
-  tcase_add_test(tests, test_encoders_move_the_lens);
-  tcase_add_test(tests, test_silent_track_is_not_waited_for);
-  tcase_add_test(tests, test_lost_track_keeps_its_last_pose);
-  tcase_add_test(tests, test_live_is_a_frame_late_at_most);
-  tcase_add_test(tests, test_messages_that_are_none_are_counted);
-  tcase_add_test(tests, test_unlinked_while_a_frame_waits);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  folder =
-      std::filesystem::temp_directory_path() / ("polyhull_scenetrack" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  gst_check_init(&argc, &argv);
-  const int failures = gst_check_run_suite(scenesrc_track_suite(), "scenesrc_track", __FILE__);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
 }

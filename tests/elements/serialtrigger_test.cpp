@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "element_checks.h"
+#include "support/folder.h"
 #include "support/terminal.h"
 
 using namespace polyhull::test;
@@ -105,20 +106,13 @@ std::string refusal(const std::string& properties) {
   return wait_for_end(running.pipeline, GST_SECOND);
 }
 
-void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
-  for (const char* part : parts)
-    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
-                text.c_str());
-}
-
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("serialtrigger");
 }
-GST_END_TEST
 
-GST_START_TEST(test_pulses_byte_by_byte) {
+ELEMENT_TEST(test_pulses_byte_by_byte) {
   const Terminal terminal;
   Running running("rate=50/1 pulse=2000000 baud=9600 device=" + terminal.device);
   running.play();
@@ -150,9 +144,8 @@ GST_START_TEST(test_pulses_byte_by_byte) {
   fail_unless(gst_structure_get_double(stats, "jitter-us", &jitter) && jitter > 0.0);
   gst_structure_free(stats);
 }
-GST_END_TEST
 
-GST_START_TEST(test_numbers_go_on_after_a_pause) {
+ELEMENT_TEST(test_numbers_go_on_after_a_pause) {
   const Terminal terminal;
   Running running("rate=100/1 pulse=1000000 device=" + terminal.device);
   running.play();
@@ -167,9 +160,8 @@ GST_START_TEST(test_numbers_go_on_after_a_pause) {
   running.play();
   fail_unless_equals_uint64(announcements(running.pipeline, 1)[0].number, 0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_on_demand) {
+ELEMENT_TEST(test_on_demand) {
   const Terminal terminal;
   Running running("rate=0/1 device=" + terminal.device);
   running.play();
@@ -186,9 +178,8 @@ GST_START_TEST(test_on_demand) {
     fail_unless(pulses[i].clock_time - pulses[i - 1].clock_time >= 3083000,
                 "%" G_GUINT64_FORMAT " ns apart", pulses[i].clock_time - pulses[i - 1].clock_time);
 }
-GST_END_TEST
 
-GST_START_TEST(test_live_changes) {
+ELEMENT_TEST(test_live_changes) {
   const Terminal terminal;
   Running running("rate=5/1 device=" + terminal.device);
   running.play();
@@ -209,15 +200,13 @@ GST_START_TEST(test_live_changes) {
   fail_unless_equals_uint64(statistic(running.trigger, "changes-refused"), 1);
   fail_unless_equals_int(announcements(running.pipeline, 5).size(), 5);
 }
-GST_END_TEST
 
-GST_START_TEST(test_unplugged_and_plugged_in_again) {
-  const std::filesystem::path link =
-      std::filesystem::temp_directory_path() / ("polyhull_tty" + std::to_string(getpid()));
+ELEMENT_TEST(test_unplugged_and_plugged_in_again) {
+  const Folder folder;
+  const std::string link = folder.file("tty");
   auto first = std::make_unique<Terminal>();
-  std::filesystem::remove(link);
   std::filesystem::create_symlink(first->device, link);
-  Running running("rate=100/1 pulse=1000000 device=" + link.string());
+  Running running("rate=100/1 pulse=1000000 device=" + link);
   running.play();
   announcements(running.pipeline, 5);
   first->unplug();
@@ -233,11 +222,9 @@ GST_START_TEST(test_unplugged_and_plugged_in_again) {
   for (const Announced& a : announcements(running.pipeline, count + 5)) last = a.number;
   fail_unless(last >= count);
   fail_unless(!second.read_all().empty());
-  std::filesystem::remove(link);
 }
-GST_END_TEST
 
-GST_START_TEST(test_nobody_reads) {
+ELEMENT_TEST(test_nobody_reads) {
   const Terminal terminal;  // its buffer fills
   Running running("rate=200/1 pulse=3000000 baud=921600 device=" + terminal.device);
   running.play();
@@ -245,20 +232,18 @@ GST_START_TEST(test_nobody_reads) {
     g_usleep(10000);
   fail_unless(statistic(running.trigger, "pulses-blocked") > 0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_break_mode) {
+ELEMENT_TEST(test_break_mode) {
   const Terminal terminal;  // has no line to hold, but takes the request
   Running running("rate=50/1 mode=break device=" + terminal.device);
   running.play();
   fail_unless_equals_int(announcements(running.pipeline, 5).size(), 5);
   fail_unless(terminal.read_all().empty());
 }
-GST_END_TEST
 
 // In the modes that hold a line, it is held for the pulse: never shorter, and of many, at least one no
 // longer, however busy the machine.
-GST_START_TEST(test_lines_are_held_for_the_pulse) {
+ELEMENT_TEST(test_lines_are_held_for_the_pulse) {
   const struct {
     const char* mode;
     unsigned long up, down;
@@ -292,12 +277,12 @@ GST_START_TEST(test_lines_are_held_for_the_pulse) {
   }
   lines_exist = false;
 }
-GST_END_TEST
 
-GST_START_TEST(test_refusals) {
+ELEMENT_TEST(test_refusals) {
   const Terminal terminal;
   expect_in(refusal("device=/dev/ttyNOWHERE"), {"/dev/ttyNOWHERE", "No such file", "plugged in"});
-  const std::string file = std::filesystem::temp_directory_path() / "polyhull_no_tty";
+  const Folder folder;
+  const std::string file = folder.file("no_tty");
   std::ofstream(file) << "x";
   expect_in(refusal("device=" + file), {file.c_str(), "not a serial device"});
   expect_in(refusal("mode=rts device=" + terminal.device), {"no RTS and DTR lines", "mode=zeros"});
@@ -308,32 +293,9 @@ GST_START_TEST(test_refusals) {
     expect_in(refusal("device=" + file), {"Permission denied", "dialout"});
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   const Terminal terminal;
   check_states("pipeline. ( serialtrigger device=" + terminal.device +
                " ) videotestsrc num-buffers=2 ! fakesink");
 }
-GST_END_TEST
-
-static Suite* serialtrigger_suite() {
-  Suite* suite = suite_create("serialtrigger");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 30);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_pulses_byte_by_byte);
-  tcase_add_test(tests, test_numbers_go_on_after_a_pause);
-  tcase_add_test(tests, test_on_demand);
-  tcase_add_test(tests, test_live_changes);
-  tcase_add_test(tests, test_unplugged_and_plugged_in_again);
-  tcase_add_test(tests, test_nobody_reads);
-  tcase_add_test(tests, test_break_mode);
-  tcase_add_test(tests, test_lines_are_held_for_the_pulse);
-  tcase_add_test(tests, test_refusals);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-GST_CHECK_MAIN(serialtrigger)

@@ -3,11 +3,8 @@
 /// Small scenes, and what scenesrc shows of them while it plays.
 #pragma once
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,16 +12,17 @@
 #include "builtin/shapes.h"
 #include "element_checks.h"
 #include "scene/announcement.h"
+#include "support/folder.h"
 
 namespace polyhull::test {
 
-/// Of this process, for its files.
-inline std::filesystem::path folder;
+/// Of this program.
+inline const Folder folder;
 
 /// A box of the size \p size at \p x on a floor under a lamp \p lamp wide, as the file \p name.
 inline std::string scene_file(const std::string& name, float size, float lamp = 1.0f,
                               float x = 0.0f) {
-  const std::string path = (folder / name).string();
+  const std::string path = folder.file(name);
   Scene scene;
   scene.materials.resize(2);
   scene.materials[1].emission = Vec3f(8.0f / lamp);
@@ -59,22 +57,19 @@ struct Shown {
         properties +
         " ! video/x-raw,format=RGBA,width=32,height=24,framerate=50/1 ! fakesink name=sink sync=" +
         (properties.find("is-live") != std::string::npos ? "true" : "false"));
-    source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
-    GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+    source = named(pipeline, "src");
+    GstElement* sink = named(pipeline, "sink");
     GstPad* pad = gst_element_get_static_pad(sink, "sink");
     gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, take, this, nullptr);
     gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM, ask, this, nullptr);
     gst_object_unref(pad);
-    gst_object_unref(sink);
     GstBus* bus = gst_element_get_bus(pipeline);
     gst_bus_set_sync_handler(bus, hear, this, nullptr);
     gst_object_unref(bus);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
   }
   ~Shown() {
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(source);
-    gst_object_unref(pipeline);
+    stop(pipeline);
     g_mutex_clear(&mutex);
     g_cond_clear(&cond);
   }
@@ -127,16 +122,20 @@ struct Shown {
     g_clear_error(&found);
     return GST_BUS_PASS;
   }
-  /// The number of the first frame that is like \p frame, from \p first on.
-  std::size_t wait_for(const std::string& frame, std::size_t first = 0) {
+  /// Waits until with some frame \p done holds, which is asked under the mutex; else fails with \p missing.
+  template <class Done>
+  void wait_until(const char* missing, Done done) {
     const gint64 end = g_get_monotonic_time() + 30 * G_TIME_SPAN_SECOND;
     g_mutex_lock(&mutex);
-    for (;; ++first) {
-      while (frames.size() <= first)
-        fail_unless(g_cond_wait_until(&cond, &mutex, end), "the frame that was asked for came not");
-      if (frames[first] == frame) break;
-    }
+    while (!done()) fail_unless(g_cond_wait_until(&cond, &mutex, end), "%s", missing);
     g_mutex_unlock(&mutex);
+  }
+  /// The number of the first frame that is like \p frame, from \p first on.
+  std::size_t wait_for(const std::string& frame, std::size_t first = 0) {
+    wait_until("the frame that was asked for came not", [&] {
+      while (first < frames.size() && frames[first] != frame) ++first;
+      return first < frames.size();
+    });
     return first;
   }
 };
@@ -155,18 +154,6 @@ inline int difference(const std::string& a, const std::string& b) {
     most =
         std::max(most, std::abs(static_cast<std::uint8_t>(a[i]) - static_cast<std::uint8_t>(b[i])));
   return most;
-}
-
-/// Runs the suite that \p make gives with a folder of its own.
-inline int run_with_folder(const char* name, Suite* (*make)(), int argc, char** argv) {
-  gst_check_init(&argc, &argv);
-  folder = std::filesystem::temp_directory_path() /
-           ("polyhull_" + std::string(name) + "_" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  const int failures = gst_check_run_suite(make(), name, name);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
 }
 
 }  // namespace polyhull::test

@@ -38,7 +38,7 @@ bool have(const char* element) {
 /// Runs a line that ends in "appsink name=sink" and hands every buffer to \p take.
 void for_each_buffer(const std::string& line, const std::function<void(GstBuffer*)>& take) {
   GstElement* pipeline = parse(line);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   g_object_set(sink, "sync", FALSE, nullptr);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink))) {
@@ -47,14 +47,21 @@ void for_each_buffer(const std::string& line, const std::function<void(GstBuffer
   }
   check_ended(wait_for_end(pipeline));
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(sink);
   gst_object_unref(pipeline);
 }
+
+// Without any of the data meson is told so, instead of a test that passed.
+const bool has_data = before_cases([] {
+  const char* data = std::getenv("POLYHULL_DATA");
+  if (data != nullptr && std::filesystem::exists(std::string(data) + "/greenscreen")) return;
+  g_printerr("SKIPPED: needs the folder greenscreen under $POLYHULL_DATA\n");
+  std::exit(77);
+});
 
 }  // namespace
 
 /// The matte against the alpha cut by hand; the default must beat the prototype's rule.
-GST_START_TEST(photographs_keyed_like_by_hand) {
+ELEMENT_TEST(photographs_keyed_like_by_hand) {
   for (const char* name : {"toy_train1", "toy_train2"}) {
     const std::string photo = real(std::string(name) + "_green.png");
     const std::string cut = real(std::string(name) + "_alpha.png");
@@ -84,11 +91,10 @@ GST_START_TEST(photographs_keyed_like_by_hand) {
     fail_unless(soft < 0.006, "%s: %g", name, soft);
   }
 }
-GST_END_TEST
 
 /// A man before a yellow-green wall: in each frame of the first ten seconds one large silhouette,
 /// which does not jump; one pass and chain find the same contours.
-GST_START_TEST(a_film_becomes_views) {
+ELEMENT_TEST(a_film_becomes_views) {
   const std::string film = real("mdn_yellow_screen_man_320x192.mp4");
   if (film.empty() || !have("qtdemux") || !have("avdec_h264")) return;
   const std::string front = "filesrc location=" + film + " ! qtdemux ! avdec_h264 ! ";
@@ -122,12 +128,11 @@ GST_START_TEST(a_film_becomes_views) {
                   });
   fail_unless_equals_int(static_cast<int>(i), static_cast<int>(one.size()));
 }
-GST_END_TEST
 
 /// The man's face is a little as yellow as the wall, and so is nearly solid only: the matte does
 /// not show the blocks of 16 columns in which it is made so. Steps at their borders are as large as
 /// those between any other columns.
-GST_START_TEST(a_nearly_solid_face_shows_no_blocks) {
+ELEMENT_TEST(a_nearly_solid_face_shows_no_blocks) {
   const std::string film = real("mdn_yellow_screen_man_320x192.mp4");
   if (film.empty() || !have("qtdemux") || !have("avdec_h264")) return;
   double steps[2] = {}, count[2] = {};
@@ -149,11 +154,10 @@ GST_START_TEST(a_nearly_solid_face_shows_no_blocks) {
           elsewhere);
   fail_unless(at_blocks < 1.5 * elsewhere, "%g at blocks, %g elsewhere", at_blocks, elsewhere);
 }
-GST_END_TEST
 
 /// Skin before a screen of nearly its hue, as it is and with the colours that docs/keying.md advises: the face is
 /// solid, the wall empty; and the removal of spill leaves the face its colour, advised or not.
-GST_START_TEST(skin_before_a_yellow_wall) {
+ELEMENT_TEST(skin_before_a_yellow_wall) {
   const std::string film = real("mdn_yellow_screen_man_320x192.mp4");
   if (film.empty() || !have("qtdemux") || !have("avdec_h264")) return;
   struct Look {
@@ -191,28 +195,4 @@ GST_START_TEST(skin_before_a_yellow_wall) {
   for (const Look& look : {plain, advised})
     fail_unless(look.red - look.blue > 0.6 * (filmed.red - filmed.blue), "%g of %g",
                 look.red - look.blue, filmed.red - filmed.blue);
-}
-GST_END_TEST
-
-static Suite* silhouette_real_suite() {
-  Suite* suite = suite_create("silhouette_real");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 180);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, photographs_keyed_like_by_hand);
-  tcase_add_test(tests, a_film_becomes_views);
-  tcase_add_test(tests, a_nearly_solid_face_shows_no_blocks);
-  tcase_add_test(tests, skin_before_a_yellow_wall);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  // Without any of the data meson is told so, instead of a test that passed.
-  const char* data = std::getenv("POLYHULL_DATA");
-  if (data == nullptr || !std::filesystem::exists(std::string(data) + "/greenscreen")) {
-    g_printerr("SKIPPED: needs the folder greenscreen under $POLYHULL_DATA\n");
-    return 77;
-  }
-  gst_check_init(&argc, &argv);
-  return gst_check_run_suite(silhouette_real_suite(), "silhouette_real", __FILE__);
 }

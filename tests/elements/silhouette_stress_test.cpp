@@ -99,7 +99,7 @@ bool edges_cross(const Rings& rings) {
 
 }  // namespace
 
-GST_START_TEST(hard_patterns_become_clean_rings) {
+ELEMENT_TEST(hard_patterns_become_clean_rings) {
   for (const Named& pattern : patterns()) {
     for (const char* settings :
          {"gaussblur sigma=0 ! contourfind tolerance=0 min-edges=3 min-area=0",
@@ -133,11 +133,10 @@ GST_START_TEST(hard_patterns_become_clean_rings) {
     }
   }
 }
-GST_END_TEST
 
 /// Binary outlines enclose the pixels, holes subtracted. Where two pixels touch at a corner only,
 /// rings keep 1/16 px off it so that they stay disjoint, which moves the edges that meet there.
-GST_START_TEST(binary_outlines_enclose_the_pixels) {
+ELEMENT_TEST(binary_outlines_enclose_the_pixels) {
   for (const Named& pattern : patterns()) {
     GstHarness* h = gst_harness_new_parse(
         "contourfind method=binary tolerance=0 min-edges=3 min-area=0 min-hole-area=0");
@@ -168,9 +167,8 @@ GST_START_TEST(binary_outlines_enclose_the_pixels) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(any_size_goes_through) {
+ELEMENT_TEST(any_size_goes_through) {
   const struct {
     int w, h;
   } sizes[] = {{1, 1},  {1, 2},   {2, 1},    {3, 3},    {15, 1},    {16, 16},   {17, 5},
@@ -205,17 +203,15 @@ GST_START_TEST(any_size_goes_through) {
     }
   }
 }
-GST_END_TEST
 
-GST_START_TEST(a_frame_beyond_the_limit_is_refused) {
+ELEMENT_TEST(a_frame_beyond_the_limit_is_refused) {
   fail_if(run_to_end("videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8,width=40000,height=2 ! "
                      "silhouette ! fakesink")
               .empty());
 }
-GST_END_TEST
 
 /// Properties are set from another thread while frames run; nothing tears, crashes or stops.
-GST_START_TEST(properties_change_while_frames_run) {
+ELEMENT_TEST(properties_change_while_frames_run) {
   const std::string source =
       "videotestsrc num-buffers=" + std::string(sanitized() ? "100 " : "300 ");
   for (const char* rest :
@@ -234,7 +230,7 @@ GST_START_TEST(properties_change_while_frames_run) {
       std::mt19937 random(9);
       while (!done) {
         for (const char* name : {"a", "b", "c"}) {
-          GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), name);
+          g_autoptr(GstElement) element = gst_bin_get_by_name(GST_BIN(pipeline), name);
           if (element == nullptr) continue;
           guint count = 0;
           GParamSpec** specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count);
@@ -269,7 +265,6 @@ GST_START_TEST(properties_change_while_frames_run) {
             gst_structure_free(stats);
           }
           g_free(specs);
-          gst_object_unref(element);
         }
         std::this_thread::sleep_for(std::chrono::microseconds(300));
       }
@@ -278,23 +273,6 @@ GST_START_TEST(properties_change_while_frames_run) {
     done = true;
     fiddler.join();
     check_ended(end);
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
+    stop(pipeline);
   }
 }
-GST_END_TEST
-
-static Suite* silhouette_stress_suite() {
-  Suite* suite = suite_create("silhouette_stress");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 300);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, hard_patterns_become_clean_rings);
-  tcase_add_test(tests, binary_outlines_enclose_the_pixels);
-  tcase_add_test(tests, any_size_goes_through);
-  tcase_add_test(tests, a_frame_beyond_the_limit_is_refused);
-  tcase_add_test(tests, properties_change_while_frames_run);
-  return suite;
-}
-
-GST_CHECK_MAIN(silhouette_stress)

@@ -3,7 +3,6 @@
 #include <gst/check/gstharness.h>
 
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 #include <random>
 
@@ -11,6 +10,7 @@
 #include "elements/element_checks.h"
 #include "elements/frames.h"
 #include "elements/views.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -132,28 +132,25 @@ Settings with(const std::string& key, const std::string& blur, const std::string
 
 }  // namespace
 
-GST_START_TEST(says_what_it_is) {
+ELEMENT_TEST(says_what_it_is) {
   check_documented("silhouette");
 }
-GST_END_TEST
 
-GST_START_TEST(goes_up_and_down) {
+ELEMENT_TEST(goes_up_and_down) {
   check_states(
       "videotestsrc num-buffers=30 pattern=ball background-color=0xff1ebe3c ! "
       "video/x-raw,format=NV12 ! silhouette camera=cam0 ! fakesink");
 }
-GST_END_TEST
 
-GST_START_TEST(same_bytes_as_the_chain_in_every_format) {
+ELEMENT_TEST(same_bytes_as_the_chain_in_every_format) {
   for (const char* format :
        {"RGBx", "BGRx", "RGBA", "BGRA", "RGB", "BGR", "I420", "NV12", "YUY2", "UYVY", "I420_10LE",
         "v210", "Y42B", "I422_10LE", "Y444", "YVYU", "P010_10LE", "xBGR", "GBR_10LE"}) {
     check_identical({}, format);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(same_bytes_as_the_chain_with_every_setting) {
+ELEMENT_TEST(same_bytes_as_the_chain_with_every_setting) {
   const Settings settings[] = {
       with("", "sigma=0", "", "sigma=0"),
       with("", "sigma=6", "tolerance=0", "sigma=6 tolerance=0"),
@@ -185,9 +182,8 @@ GST_START_TEST(same_bytes_as_the_chain_with_every_setting) {
     check_identical(s, "BGRx");
   }
 }
-GST_END_TEST
 
-GST_START_TEST(settings_that_change_in_the_stream_change_both) {
+ELEMENT_TEST(settings_that_change_in_the_stream_change_both) {
   const Pictures pictures("BGRx");
   GstHarness* chain = gst_harness_new_parse("chromamatte ! gaussblur ! contourfind camera=c");
   GstHarness* one = gst_harness_new_parse("silhouette camera=c");
@@ -242,9 +238,8 @@ GST_START_TEST(settings_that_change_in_the_stream_change_both) {
   gst_harness_teardown(chain);
   gst_harness_teardown(one);
 }
-GST_END_TEST
 
-GST_START_TEST(reuse_changes_nothing_but_the_time) {
+ELEMENT_TEST(reuse_changes_nothing_but_the_time) {
   const Pictures pictures("NV12");
   GstHarness* on = gst_harness_new_parse("silhouette camera=c");
   GstHarness* off = gst_harness_new_parse("silhouette camera=c reuse=false");
@@ -262,10 +257,9 @@ GST_START_TEST(reuse_changes_nothing_but_the_time) {
   gst_harness_teardown(on);
   gst_harness_teardown(off);
 }
-GST_END_TEST
 
 /// Each setting counts at once, also while the picture stands still.
-GST_START_TEST(settings_count_on_a_still_picture) {
+ELEMENT_TEST(settings_count_on_a_still_picture) {
   const Pictures pictures("NV12");
   for (const auto& [name, value] : {std::pair{"tolerance", "4"},
                                     {"keep-largest", "1"},
@@ -295,10 +289,9 @@ GST_START_TEST(settings_count_on_a_still_picture) {
     gst_harness_teardown(off);
   }
 }
-GST_END_TEST
 
 /// The tolerance that adaptive chooses counts at once, too.
-GST_START_TEST(late_frames_coarsen_a_still_picture) {
+ELEMENT_TEST(late_frames_coarsen_a_still_picture) {
   const Pictures pictures("NV12");
   GstHarness* on = gst_harness_new_parse("silhouette camera=c adaptive=true tolerance=0.3");
   GstHarness* off =
@@ -327,10 +320,9 @@ GST_START_TEST(late_frames_coarsen_a_still_picture) {
   gst_harness_teardown(on);
   gst_harness_teardown(off);
 }
-GST_END_TEST
 
 /// QoS events coarsen and refine the one pass's polygons as they do contourfind's.
-GST_START_TEST(late_frames_coarsen_the_contours) {
+ELEMENT_TEST(late_frames_coarsen_the_contours) {
   const Pictures pictures("BGRx");
   GstHarness* chain = gst_harness_new_parse(
       "chromamatte ! gaussblur ! contourfind camera=c adaptive=true tolerance=0.3");
@@ -364,11 +356,10 @@ GST_START_TEST(late_frames_coarsen_the_contours) {
   gst_harness_teardown(chain);
   gst_harness_teardown(one);
 }
-GST_END_TEST
 
-GST_START_TEST(the_clean_plate_works_like_the_chain) {
-  const std::string path =
-      (std::filesystem::temp_directory_path() / "polyhull_silhouette_plate.png").string();
+ELEMENT_TEST(the_clean_plate_works_like_the_chain) {
+  const Folder folder;
+  const std::string path = folder.file("plate.png");
   Picture plate{width, height, 3, {}};
   for (int i = 0; i < width * height; ++i) {
     for (const int v : {30, 190, 60}) plate.pixels.push_back(static_cast<std::uint8_t>(v));
@@ -381,9 +372,8 @@ GST_START_TEST(the_clean_plate_works_like_the_chain) {
                        "learn-plate=2 key-method=difference tolerance=2"),
                   "NV12");
 }
-GST_END_TEST
 
-GST_START_TEST(bad_input_is_refused_with_a_sentence) {
+ELEMENT_TEST(bad_input_is_refused_with_a_sentence) {
   const std::string front =
       "videotestsrc num-buffers=3 ! video/x-raw,format=NV12,width=64,height=48 ! silhouette ";
   for (const char* properties : {"clean-plate=/nowhere/plate.png", "outside-polygon=\"1,2\"",
@@ -391,9 +381,8 @@ GST_START_TEST(bad_input_is_refused_with_a_sentence) {
     fail_if(run_to_end(front + properties + " ! fakesink").empty(), "%s was accepted", properties);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(changes_size_and_format_in_the_stream) {
+ELEMENT_TEST(changes_size_and_format_in_the_stream) {
   GstHarness* h = gst_harness_new("silhouette");
   const struct {
     const char* format;
@@ -410,9 +399,8 @@ GST_START_TEST(changes_size_and_format_in_the_stream) {
   }
   gst_harness_teardown(h);
 }
-GST_END_TEST
 
-GST_START_TEST(survives_flush_and_seek) {
+ELEMENT_TEST(survives_flush_and_seek) {
   GstElement* pipeline = parse(
       "videotestsrc num-buffers=100 pattern=ball background-color=0xff1ebe3c ! "
       "video/x-raw,format=YUY2 ! silhouette ! fakesink sync=false");
@@ -424,12 +412,10 @@ GST_START_TEST(survives_flush_and_seek) {
   }
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(views_outlive_the_element) {
+ELEMENT_TEST(views_outlive_the_element) {
   const Pictures pictures("NV12");
   GstHarness* h = gst_harness_new_parse("silhouette");
   gst_harness_set_src_caps(h, pictures.caps());
@@ -442,28 +428,3 @@ GST_START_TEST(views_outlive_the_element) {
   fail_unless(bytes_of(first) == bytes);
   gst_buffer_unref(first);
 }
-GST_END_TEST
-
-static Suite* silhouette_suite() {
-  Suite* suite = suite_create("silhouette");
-  TCase* tests = tcase_create("general");
-  tcase_set_timeout(tests, 120);
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, says_what_it_is);
-  tcase_add_test(tests, goes_up_and_down);
-  tcase_add_test(tests, same_bytes_as_the_chain_in_every_format);
-  tcase_add_test(tests, same_bytes_as_the_chain_with_every_setting);
-  tcase_add_test(tests, settings_that_change_in_the_stream_change_both);
-  tcase_add_test(tests, reuse_changes_nothing_but_the_time);
-  tcase_add_test(tests, settings_count_on_a_still_picture);
-  tcase_add_test(tests, late_frames_coarsen_a_still_picture);
-  tcase_add_test(tests, late_frames_coarsen_the_contours);
-  tcase_add_test(tests, the_clean_plate_works_like_the_chain);
-  tcase_add_test(tests, bad_input_is_refused_with_a_sentence);
-  tcase_add_test(tests, changes_size_and_format_in_the_stream);
-  tcase_add_test(tests, survives_flush_and_seek);
-  tcase_add_test(tests, views_outlive_the_element);
-  return suite;
-}
-
-GST_CHECK_MAIN(silhouette)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What elements count while they work has the type that docs/embedding.md says of its name.
-#include <gst/check/gstcheck.h>
 
 #include <string>
 
@@ -20,8 +19,7 @@ void check_types(const std::string& line) {
   for (const element::Ref<GstElement>& each : element::elements_in(GST_BIN(pipeline)))
     if (g_str_has_prefix(G_OBJECT_TYPE_NAME(each.get()), "Polyhull"))
       check_statistic_types(each.get());
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
 
 /// Four cameras' frames, through \p keying, at whose end the camera's name follows.
@@ -35,7 +33,7 @@ std::string views(const std::string& keying, const std::string& after = "") {
   return line;
 }
 
-GST_START_TEST(figures_are_doubles_and_counts_are_whole_numbers) {
+ELEMENT_TEST(figures_are_doubles_and_counts_are_whole_numbers) {
   check_types(
       views("chromamatte ! gaussblur ! contourfind") +
       "hullbuild name=hull repair=holes ! hullrefine photo=true quality=fast ! "
@@ -44,22 +42,10 @@ GST_START_TEST(figures_are_doubles_and_counts_are_whole_numbers) {
       "video/x-raw,width=160,height=90,framerate=25/1 ! mix.background "
       "composite name=mix depth-of-field=subject aperture=20 motion-blur=subject ! fakesink");
 }
-GST_END_TEST
 
-GST_START_TEST(the_same_of_views_that_are_packed) {
+ELEMENT_TEST(the_same_of_views_that_are_packed) {
   check_types(views("silhouette", "! viewencode ! viewdecode ") +
               "hullbuild name=hull max-deviation=0.004 ! fakesink");
 }
-GST_END_TEST
 
 }  // namespace
-
-static Suite* statistics_suite() {
-  Suite* suite = suite_create("statistics");
-  TCase* tests = tcase_create("types");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, figures_are_doubles_and_counts_are_whole_numbers);
-  tcase_add_test(tests, the_same_of_views_that_are_packed);
-  return suite;
-}
-GST_CHECK_MAIN(statistics)

@@ -39,7 +39,7 @@ GstBuffer* noisy(double x_of_disk, unsigned number) {
 
 }  // namespace
 
-GST_START_TEST(contours_of_what_stands_still_stay) {
+ELEMENT_TEST(contours_of_what_stands_still_stay) {
   for (const double steadiness : {0.25, 0.0}) {
     GstHarness* h = gst_harness_new_parse("gaussblur sigma=1.5 ! contourfind camera=c");
     GstElement* find = gst_harness_find_element(h, "contourfind");
@@ -66,14 +66,3 @@ GST_START_TEST(contours_of_what_stands_still_stay) {
     gst_harness_teardown(h);
   }
 }
-GST_END_TEST
-
-static Suite* steadiness_suite() {
-  Suite* suite = suite_create("steadiness");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, contours_of_what_stands_still_stay);
-  return suite;
-}
-
-GST_CHECK_MAIN(steadiness)

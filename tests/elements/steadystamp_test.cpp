@@ -43,12 +43,11 @@ struct Bench {
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("steadystamp");
 }
-GST_END_TEST
 
-GST_START_TEST(test_frames_that_were_held_up_have_their_time) {
+ELEMENT_TEST(test_frames_that_were_held_up_have_their_time) {
   Bench bench;
   for (guint64 i = 0; i < 50; ++i) {
     // Every third frame comes 25 ms late, but not the camera's first second's first.
@@ -69,9 +68,8 @@ GST_START_TEST(test_frames_that_were_held_up_have_their_time) {
   const double delay = figure(bench.element, "delay-ms");
   fail_unless(delay > 4999.9 && delay < 5000.1, "%g ms", delay);
 }
-GST_END_TEST
 
-GST_START_TEST(test_begins_anew) {
+ELEMENT_TEST(test_begins_anew) {
   Bench bench("steadystamp settle=0");
   GstBus* bus = gst_bus_new();
   gst_element_set_bus(bench.element, bus);
@@ -96,7 +94,6 @@ GST_START_TEST(test_begins_anew) {
   gst_element_set_bus(bench.element, nullptr);
   gst_object_unref(bus);
 }
-GST_END_TEST
 
 /// A test source that counts as aravissrc, in place of one that is installed.
 void register_camera() {
@@ -112,7 +109,7 @@ void register_camera() {
 }
 
 // aravissrc would hold its frames back by its clock, which each start of the pipeline gives it.
-GST_START_TEST(test_aravissrc_sends_at_once) {
+ELEMENT_TEST(test_aravissrc_sends_at_once) {
   register_camera();
   for (const bool timestamps : {false, true}) {
     GstElement* pipeline = gst_parse_launch(
@@ -120,7 +117,7 @@ GST_START_TEST(test_aravissrc_sends_at_once) {
                      "steadystamp ! fakesink"
                    : "aravissrc name=camera is-live=true ! identity ! steadystamp ! fakesink",
         nullptr);
-    GstElement* camera = gst_bin_get_by_name(GST_BIN(pipeline), "camera");
+    GstElement* camera = named(pipeline, "camera");
     for (int start = 0; start < 2; ++start) {
       gst_element_set_state(pipeline, GST_STATE_PLAYING);
       fail_unless_equals_int(gst_element_get_state(pipeline, nullptr, nullptr, 10 * GST_SECOND),
@@ -131,27 +128,10 @@ GST_START_TEST(test_aravissrc_sends_at_once) {
       gst_element_set_state(pipeline, GST_STATE_PAUSED);
     }
     gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(camera);
     gst_object_unref(pipeline);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states("rigtestsrc num-buffers=3 is-live=true ! steadystamp settle=0 ! fakesink", 10);
 }
-GST_END_TEST
-
-static Suite* steadystamp_suite() {
-  Suite* suite = suite_create("steadystamp");
-  TCase* tests = tcase_create("steadystamp");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_frames_that_were_held_up_have_their_time);
-  tcase_add_test(tests, test_begins_anew);
-  tcase_add_test(tests, test_aravissrc_sends_at_once);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-GST_CHECK_MAIN(steadystamp)

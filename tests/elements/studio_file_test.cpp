@@ -2,11 +2,10 @@
 // Studio files on pipelines: who takes what, what is refused, live changes taken back.
 #include "studio/studio_file.h"
 
-#include <gst/check/gstcheck.h>
-
 #include <algorithm>
 
 #include "base/error.h"
+#include "element_test.h"
 
 namespace {
 
@@ -49,7 +48,7 @@ void expect_one(const std::vector<std::string>& found, const char* text) {
 
 }  // namespace
 
-GST_START_TEST(test_by_name_and_by_camera) {
+ELEMENT_TEST(test_by_name_and_by_camera) {
   GstBin* pipeline = pipeline_of_two();
   StudioFile file = studio(R"("elements": {"key": {"strength": 75}, "left": {"pattern": "blue"},
       "hull": {"sink_0::camera": "cam0", "max-wait": 1234}},
@@ -68,9 +67,8 @@ GST_START_TEST(test_by_name_and_by_camera) {
   fail_unless(of_text(file) == before, "%s", file.text().c_str());
   gst_object_unref(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(test_what_has_no_taker) {
+ELEMENT_TEST(test_what_has_no_taker) {
   GstBin* pipeline = pipeline_of_two();
   expect_one(studio(R"("elements": {"nobody": {"a": 1}})").apply(pipeline).without_taker,
              "test.json, elements.nobody");
@@ -81,9 +79,8 @@ GST_START_TEST(test_what_has_no_taker) {
   expect_one(studio(R"("lights": {})").apply(pipeline).without_taker, "test.json, lights");
   gst_object_unref(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(test_wrong_values_are_named_and_left_out) {
+ELEMENT_TEST(test_wrong_values_are_named_and_left_out) {
   const std::pair<const char*, const char*> wrong[] = {
       {R"("sigma": true)", "test.json, elements.blur.sigma: is true; expected a number from 0 to "},
       {R"("sigma": -1)", "sigma: is -1; expected a number from 0 to "},
@@ -105,9 +102,8 @@ GST_START_TEST(test_wrong_values_are_named_and_left_out) {
     gst_object_unref(pipeline);
   }
 }
-GST_END_TEST;
 
-GST_START_TEST(test_live_changes_come_back) {
+ELEMENT_TEST(test_live_changes_come_back) {
   GstBin* pipeline = pipeline_of_two();
   StudioFile file = studio(R"("description": "stage 2", "elements": {"gone": {"x": [1]}},
     "cameras": {"cam0": {"chromamatte": {"strength": 50}}, "cam9": {"silhouette": {"sigma": 3}}})");
@@ -131,10 +127,9 @@ GST_START_TEST(test_live_changes_come_back) {
   gst_object_unref(again);
   gst_object_unref(pipeline);
 }
-GST_END_TEST;
 
 // A file that has cameras only gets elements while its cameras are read back.
-GST_START_TEST(test_changes_of_cameras_and_others_together) {
+ELEMENT_TEST(test_changes_of_cameras_and_others_together) {
   GstBin* pipeline = pipeline_of_two();
   StudioFile file = studio(R"("cameras": {"cam0": {"chromamatte": {"strength": 50}},
                                           "cam1": {"silhouette": {"tolerance": 0.5}}})");
@@ -154,9 +149,8 @@ GST_START_TEST(test_changes_of_cameras_and_others_together) {
   fail_unless(saved["elements"]["right"]["pattern"] == "ball", "%s", file.text().c_str());
   gst_object_unref(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(test_what_json_cannot_hold_is_left_out) {
+ELEMENT_TEST(test_what_json_cannot_hold_is_left_out) {
   g_autoptr(GError) error = nullptr;
   GstBin* pipeline =
       GST_BIN(gst_parse_launch("filesrc name=a ! fakesink filesrc name=b ! fakesink", &error));
@@ -174,9 +168,8 @@ GST_START_TEST(test_what_json_cannot_hold_is_left_out) {
   fail_unless(of_text(file)["elements"] == Json::parse(R"({"a": {"location": "plain"}})"));
   gst_object_unref(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(test_elements_that_came_later) {
+ELEMENT_TEST(test_elements_that_came_later) {
   GstBin* pipeline = pipeline_of_two();
   StudioFile file = studio(R"("elements": {})");
   file.apply(pipeline);
@@ -190,9 +183,8 @@ GST_START_TEST(test_elements_that_came_later) {
   fail_unless(of_text(file) == before, "%s", file.text().c_str());
   gst_object_unref(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(test_branches_go_through_bins) {
+ELEMENT_TEST(test_branches_go_through_bins) {
   g_autoptr(GError) error = nullptr;
   GstBin* pipeline = GST_BIN(gst_parse_launch(
       "( name=outer ( name=source videotestsrc name=left ! identity ) ! queue name=waits ) ! "
@@ -212,9 +204,8 @@ GST_START_TEST(test_branches_go_through_bins) {
   fail_unless(element_value(pipeline, "key", "strength") == "75");
   gst_object_unref(pipeline);
 }
-GST_END_TEST;
 
-GST_START_TEST(test_what_is_no_studio_file) {
+ELEMENT_TEST(test_what_is_no_studio_file) {
   const std::pair<std::string, const char*> wrong[] = {
       {"{", "test.json: not JSON at line 1, column 2: "},
       {"[]", "\"format\" must be \"polyhull-studio\""},
@@ -247,22 +238,3 @@ GST_START_TEST(test_what_is_no_studio_file) {
                 message.c_str());
   }
 }
-GST_END_TEST;
-
-static Suite* studio_file_suite() {
-  Suite* suite = suite_create("studio_file");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, test_by_name_and_by_camera);
-  tcase_add_test(tests, test_what_has_no_taker);
-  tcase_add_test(tests, test_wrong_values_are_named_and_left_out);
-  tcase_add_test(tests, test_live_changes_come_back);
-  tcase_add_test(tests, test_changes_of_cameras_and_others_together);
-  tcase_add_test(tests, test_what_json_cannot_hold_is_left_out);
-  tcase_add_test(tests, test_elements_that_came_later);
-  tcase_add_test(tests, test_branches_go_through_bins);
-  tcase_add_test(tests, test_what_is_no_studio_file);
-  return suite;
-}
-
-GST_CHECK_MAIN(studio_file)

@@ -8,85 +8,30 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <mutex>
 #include <random>
 #include <vector>
 
+#include "element_test.h"
+#include "played.h"
+#include "support/folder.h"
 #include "take/take_reader.h"
 #include "wire/mesh_payload.h"
 #include "wire/view_payload.h"
-
-#include "element_checks.h"
 
 using namespace polyhull::test;
 
 namespace {
 
-struct Folder {
-  Folder() {
-    char name[] = "/tmp/polyhull_compressed_XXXXXX";
-    path = mkdtemp(name);
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string file(const char* name = "dance.take") const { return path + "/" + name; }
-  std::string path;
-};
-
-struct Seen {
-  GstClockTime time;
-  std::string bytes;
-  bool operator==(const Seen&) const = default;
-};
-
-/// What came out of a line's fakesink `out`.
-struct Played {
-  explicit Played(const std::string& line) : pipeline(parse(line)) {
-    GstElement* out = gst_bin_get_by_name(GST_BIN(pipeline), "out");
-    g_object_set(out, "signal-handoffs", TRUE, nullptr);
-    g_signal_connect(out, "handoff", G_CALLBACK(take), this);
-    gst_object_unref(out);
-  }
-  ~Played() {
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
-  }
-  static void take(GstElement*, GstBuffer* buffer, GstPad*, gpointer data) {
-    auto& self = *static_cast<Played*>(data);
-    GstMapInfo map;
-    gst_buffer_map(buffer, &map, GST_MAP_READ);
-    const std::scoped_lock lock(self.mutex);
-    self.seen.push_back(
-        {GST_BUFFER_PTS(buffer), std::string(reinterpret_cast<char*>(map.data), map.size)});
-    gst_buffer_unmap(buffer, &map);
-  }
-  std::string run() {
-    gst_element_set_state(pipeline, GST_STATE_PLAYING);
-    return wait_for_end(pipeline);
-  }
-  /// \p from of takesink `t`.
-  template <class Get>
-  auto ask(Get get) {
-    GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "t");
-    const auto value = get(sink);
-    gst_object_unref(sink);
-    return value;
-  }
-
-  GstElement* pipeline;
-  std::mutex mutex;
-  std::vector<Seen> seen;
-};
-
 /// A camera's views, recorded and seen.
 std::string camera(const Folder& folder, int frames, const std::string& settings) {
-  return "takesink name=t location=" + folder.file() + " " + settings +
+  return "takesink name=t location=" + take_in(folder) + " " + settings +
          " rigtestsrc camera=cam0 num-buffers=" + std::to_string(frames) +
          " ! video/x-raw,framerate=25/1 ! silhouette camera=cam0 ! tee name=v ! queue ! t.sink_0 "
          "v. ! queue ! fakesink name=out sync=false";
 }
 
 std::string play(const Folder& folder) {
-  return "takesrc location=" + folder.file() + " ! fakesink name=out sync=false";
+  return "takesrc location=" + take_in(folder) + " ! fakesink name=out sync=false";
 }
 
 polyhull::Bytes bytes_of(const Seen& seen) {
@@ -95,25 +40,23 @@ polyhull::Bytes bytes_of(const Seen& seen) {
 
 }  // namespace
 
-GST_START_TEST(test_exact_views_are_the_same) {
+ELEMENT_TEST(test_exact_views_are_the_same) {
   const Folder folder;
   Played live(camera(folder, 20, "compression=exact key-interval=5"));
   check_ended(live.run());
   Played again(play(folder));
   check_ended(again.run());
-  fail_unless_equals_int(live.seen.size(), 20);
-  fail_unless(live.seen == again.seen);
-  const guint64 bytes = live.ask([](GstElement* sink) { return statistic(sink, "bytes"); });
-  const guint64 stored = live.ask([](GstElement* sink) { return statistic(sink, "bytes-stored"); });
+  fail_unless_equals_int(live.of("out").size(), 20);
+  fail_unless(live.of("out") == again.of("out"));
+  const guint64 bytes = statistic(named(live.pipeline, "t"), "bytes");
+  const guint64 stored = statistic(named(live.pipeline, "t"), "bytes-stored");
   fail_unless(stored < bytes / 2, "%" G_GUINT64_FORMAT " of %" G_GUINT64_FORMAT, stored, bytes);
-  fail_unless_equals_uint64(
-      live.ask([](GstElement* sink) { return statistic(sink, "buffers-alone"); }), 4);
+  fail_unless_equals_uint64(statistic(named(live.pipeline, "t"), "buffers-alone"), 4);
 }
-GST_END_TEST
 
-GST_START_TEST(test_exact_textured_meshes_are_the_same) {
+ELEMENT_TEST(test_exact_textured_meshes_are_the_same) {
   const Folder folder;
-  std::string line = "takesink name=t compression=exact location=" + folder.file() +
+  std::string line = "takesink name=t compression=exact location=" + take_in(folder) +
                      " hullbuild name=h ! hulltexture ! tee name=m ! queue ! t.sink_0 m. ! queue ! "
                      "fakesink name=out sync=false ";
   for (const char* name : {"0", "1", "2"})
@@ -124,22 +67,22 @@ GST_START_TEST(test_exact_textured_meshes_are_the_same) {
   check_ended(live.run());
   Played again(play(folder));
   check_ended(again.run());
-  fail_unless_equals_int(live.seen.size(), 6);
-  fail_unless(live.seen == again.seen);
+  fail_unless_equals_int(live.of("out").size(), 6);
+  fail_unless(live.of("out") == again.of("out"));
 }
-GST_END_TEST
 
-GST_START_TEST(test_lossy_is_as_good_as_it_says) {
+ELEMENT_TEST(test_lossy_is_as_good_as_it_says) {
   const Folder folder;
   Played live(camera(folder, 12, "compression=lossy quantizer=10"));
   check_ended(live.run());
   Played again(play(folder));
   check_ended(again.run());
-  fail_unless_equals_int(again.seen.size(), 12);
+  const std::vector<Seen> before = live.of("out"), after = again.of("out");
+  fail_unless_equals_int(after.size(), 12);
   double error = 0, colours = 0;
   for (std::size_t i = 0; i < 12; ++i) {
-    const polyhull::View was = polyhull::read_view(bytes_of(live.seen[i]));
-    const polyhull::View is = polyhull::read_view(bytes_of(again.seen[i]));
+    const polyhull::View was = polyhull::read_view(bytes_of(before[i]));
+    const polyhull::View is = polyhull::read_view(bytes_of(after[i]));
     fail_unless(was.contours.points == is.contours.points);
     fail_unless_equals_int(was.pixels.size(), is.pixels.size());
     for (std::size_t p = 0; p < was.pixels.size(); ++p) {
@@ -153,17 +96,16 @@ GST_START_TEST(test_lossy_is_as_good_as_it_says) {
     }
   }
   const double psnr = 10 * std::log10(65025 * colours / error);
-  const double said = live.ask([](GstElement* sink) { return figure(sink, "picture-psnr"); });
+  const double said = figure(named(live.pipeline, "t"), "picture-psnr");
   fail_unless(std::abs(psnr - said) < 1e-6, "%f dB, %f said", psnr, said);
   fail_unless(psnr > 30);
-  fail_unless(live.ask([](GstElement* sink) { return statistic(sink, "bytes-stored"); }) <
-              live.ask([](GstElement* sink) { return statistic(sink, "bytes"); }) / 10);
+  fail_unless(statistic(named(live.pipeline, "t"), "bytes-stored") <
+              statistic(named(live.pipeline, "t"), "bytes") / 10);
 }
-GST_END_TEST
 
-GST_START_TEST(test_lossy_meshes_move_as_far_as_said) {
+ELEMENT_TEST(test_lossy_meshes_move_as_far_as_said) {
   const Folder folder;
-  std::string line = "takesink name=t compression=lossy precision=2 location=" + folder.file() +
+  std::string line = "takesink name=t compression=lossy precision=2 location=" + take_in(folder) +
                      " hullbuild name=h ! tee name=m ! queue ! t.sink_0 m. ! queue ! "
                      "fakesink name=out sync=false ";
   for (const char* name : {"0", "1", "2"})
@@ -174,11 +116,12 @@ GST_START_TEST(test_lossy_meshes_move_as_far_as_said) {
   check_ended(live.run());
   Played again(play(folder));
   check_ended(again.run());
-  fail_unless_equals_int(again.seen.size(), 3);
+  const std::vector<Seen> before = live.of("out"), after = again.of("out");
+  fail_unless_equals_int(after.size(), 3);
   double most = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const polyhull::Mesh was = polyhull::read_mesh(bytes_of(live.seen[i]));
-    const polyhull::Mesh is = polyhull::read_mesh(bytes_of(again.seen[i]));
+    const polyhull::Mesh was = polyhull::read_mesh(bytes_of(before[i]));
+    const polyhull::Mesh is = polyhull::read_mesh(bytes_of(after[i]));
     fail_unless(was.hull.triangles == is.hull.triangles);
     for (std::size_t v = 0; v < was.hull.vertices.size(); ++v)
       most = std::max(most, 1000 * was.metres_per_unit *
@@ -186,13 +129,12 @@ GST_START_TEST(test_lossy_meshes_move_as_far_as_said) {
                                             polyhull::Vec3(is.hull.vertices[v])));
   }
   fail_unless(most > 1 && most <= 2.001, "%f mm", most);
-  const double said = live.ask([](GstElement* sink) { return figure(sink, "vertex-error-mm"); });
+  const double said = figure(named(live.pipeline, "t"), "vertex-error-mm");
   fail_unless(std::abs(most - said) < 1e-6, "%f mm, %f said", most, said);
 }
-GST_END_TEST
 
 // Any place, in both directions, also while other places are being looked for.
-GST_START_TEST(test_any_place_is_found) {
+ELEMENT_TEST(test_any_place_is_found) {
   const Folder folder;
   constexpr GstClockTime frame = 40 * GST_MSECOND;
   Played live(camera(folder, 40, "compression=exact key-interval=7"));
@@ -202,86 +144,78 @@ GST_START_TEST(test_any_place_is_found) {
   gst_element_get_state(again.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
   for (const int from : {33, 6, 7, 0, 20})
     for (const double rate : {1.0, -1.0}) {
-      {
-        const std::scoped_lock lock(again.mutex);
-        again.seen.clear();
-      }
+      again.clear();
       fail_unless(
           gst_element_seek(again.pipeline, rate, GST_FORMAT_TIME,
                            static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH | GST_SEEK_FLAG_ACCURATE),
                            GST_SEEK_TYPE_SET, static_cast<gint64>(from * frame), GST_SEEK_TYPE_SET,
                            static_cast<gint64>((from + 6) * frame)));
       check_ended(again.run());
-      fail_unless_equals_int(again.seen.size(), 6);
+      fail_unless_equals_int(again.of("out").size(), 6);
       for (int i = 0; i < 6; ++i)
-        fail_unless(again.seen[static_cast<std::size_t>(i)] ==
-                        live.seen[static_cast<std::size_t>(rate > 0 ? from + i : from + 5 - i)],
-                    "%d at rate %f", from + i, rate);
+        fail_unless(
+            again.of("out")[static_cast<std::size_t>(i)] ==
+                live.of("out")[static_cast<std::size_t>(rate > 0 ? from + i : from + 5 - i)],
+            "%d at rate %f", from + i, rate);
       gst_element_set_state(again.pipeline, GST_STATE_PAUSED);
     }
 }
-GST_END_TEST
 
 // Raw video of any kind, added to, with the settings changed while it runs.
-GST_START_TEST(test_settings_change_while_it_plays) {
+ELEMENT_TEST(test_settings_change_while_it_plays) {
   const Folder folder;
   std::vector<Seen> all;
   for (const char* existing : {"refuse", "append"}) {
     Played live(
-        "takesink name=t location=" + folder.file() + " existing=" + existing +
+        "takesink name=t location=" + take_in(folder) + " existing=" + existing +
         " videotestsrc num-buffers=60 ! "
         "video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1 ! identity "
         "sleep-time=1000 ! tee name=v ! queue ! t. v. ! queue ! fakesink name=out sync=false");
     gst_element_set_state(live.pipeline, GST_STATE_PLAYING);
-    GstElement* sink = gst_bin_get_by_name(GST_BIN(live.pipeline), "t");
+    GstElement* sink = named(live.pipeline, "t");
     for (int i = 0; i < 12; ++i) {
       g_object_set(sink, "compression", i % 3, "key-interval", 1 + i, "quantizer", 5 * i, nullptr);
       g_usleep(5000);
     }
-    gst_object_unref(sink);
     check_ended(wait_for_end(live.pipeline));
-    all.insert(all.end(), live.seen.begin(), live.seen.end());
+    for (const Seen& seen : live.of("out")) all.push_back(seen);
   }
   Played again(play(folder));
   check_ended(again.run());
-  fail_unless_equals_int(again.seen.size(), 120);
+  fail_unless_equals_int(again.of("out").size(), 120);
   for (std::size_t i = 0; i < all.size(); ++i)
-    fail_unless(again.seen[i].bytes == all[i].bytes, "buffer %zu", i);
+    fail_unless(again.of("out")[i].bytes == all[i].bytes, "buffer %zu", i);
 }
-GST_END_TEST
 
-GST_START_TEST(test_damage_is_said_and_ends_at_the_next_key) {
+ELEMENT_TEST(test_damage_is_said_and_ends_at_the_next_key) {
   const Folder folder;
   Played live(camera(folder, 40, "compression=exact key-interval=5"));
   check_ended(live.run());
   {
-    std::fstream file(folder.file(), std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(folder.file()) / 2));
+    std::fstream file(take_in(folder), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(take_in(folder)) / 2));
     file << std::string(100, 'x');
   }
-  Played rest("takesrc name=t location=" + folder.file() + " ! fakesink name=out sync=false");
+  Played rest("takesrc name=t location=" + take_in(folder) + " ! fakesink name=out sync=false");
   check_ended(rest.run());
-  const guint64 damaged =
-      rest.ask([](GstElement* source) { return statistic(source, "packets-damaged"); });
+  const guint64 damaged = statistic(named(rest.pipeline, "t"), "packets-damaged");
   fail_unless(damaged >= 1 && damaged <= 5, "%" G_GUINT64_FORMAT, damaged);
-  fail_unless_equals_uint64(rest.seen.size() + damaged, 40);
-  for (const Seen& seen : rest.seen)
-    fail_unless(seen == live.seen[static_cast<std::size_t>(seen.time / (40 * GST_MSECOND))]);
+  fail_unless_equals_uint64(rest.of("out").size() + damaged, 40);
+  for (const Seen& seen : rest.of("out"))
+    fail_unless(seen == live.of("out")[static_cast<std::size_t>(seen.time / (40 * GST_MSECOND))]);
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   const Folder folder;
   check_states(camera(folder, 100, "compression=lossy existing=replace"), 10);
 }
-GST_END_TEST
 
 // Views are no use without the rig that saw them.
-GST_START_TEST(test_another_rig_is_refused) {
+ELEMENT_TEST(test_another_rig_is_refused) {
   const Folder folder;
   std::ofstream(folder.file("a.json")) << "{ \"a\": 1 }";
   std::ofstream(folder.file("b.json")) << "{ \"b\": 1 }";
-  const std::string begin = "videotestsrc num-buffers=3 ! takesink location=" + folder.file() +
+  const std::string begin = "videotestsrc num-buffers=3 ! takesink location=" + take_in(folder) +
                             " existing=append rig=" + folder.path;
   check_ended(run_to_end(begin + "/a.json"));
   check_ended(run_to_end(begin + "/a.json"));
@@ -289,9 +223,8 @@ GST_START_TEST(test_another_rig_is_refused) {
   fail_unless(end.find("another rig") != std::string::npos, "%s", end.c_str());
   Played again(play(folder));
   check_ended(again.run());
-  fail_unless_equals_int(again.seen.size(), 6);
+  fail_unless_equals_int(again.of("out").size(), 6);
 }
-GST_END_TEST
 
 /// Much of it as before, and too much new for one page of the file.
 GstBuffer* changing(unsigned pad, unsigned number) {
@@ -304,7 +237,7 @@ GstBuffer* changing(unsigned pad, unsigned number) {
 }
 
 // The instant that the disk has no room for is gone, of all pads; those that did not fail go on.
-GST_START_TEST(test_the_other_pads_outlive_a_full_disk) {
+ELEMENT_TEST(test_the_other_pads_outlive_a_full_disk) {
   const Folder folder;
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -312,7 +245,7 @@ GST_START_TEST(test_the_other_pads_outlive_a_full_disk) {
   rlimit small = before;
   small.rlim_cur = 640'000;
   GstElement* take = gst_element_factory_make("takesink", nullptr);
-  g_object_set(take, "location", folder.file().c_str(), nullptr);
+  g_object_set(take, "location", take_in(folder).c_str(), nullptr);
   gst_util_set_object_arg(G_OBJECT(take), "compression", "exact");
   GstHarness* first = gst_harness_new_with_element(take, "sink_0", nullptr);
   GstHarness* other = gst_harness_new_with_element(take, "sink_1", nullptr);
@@ -333,7 +266,7 @@ GST_START_TEST(test_the_other_pads_outlive_a_full_disk) {
   gst_harness_teardown(first);
   gst_harness_teardown(other);
   gst_object_unref(take);
-  polyhull::TakeCursor cursor(folder.file(), 2);
+  polyhull::TakeCursor cursor(take_in(folder), 2);
   for (unsigned i = 0; i < end; ++i) {
     if (i == number - 1) continue;
     const auto packet = cursor.next();
@@ -345,24 +278,3 @@ GST_START_TEST(test_the_other_pads_outlive_a_full_disk) {
   }
   fail_unless(!cursor.next() && cursor.damaged() == 0);
 }
-GST_END_TEST
-
-static Suite* take_compression_suite() {
-  Suite* suite = suite_create("take-compression");
-  TCase* general = tcase_create("general");
-  tcase_set_timeout(general, 180);
-  suite_add_tcase(suite, general);
-  tcase_add_test(general, test_exact_views_are_the_same);
-  tcase_add_test(general, test_exact_textured_meshes_are_the_same);
-  tcase_add_test(general, test_lossy_is_as_good_as_it_says);
-  tcase_add_test(general, test_lossy_meshes_move_as_far_as_said);
-  tcase_add_test(general, test_any_place_is_found);
-  tcase_add_test(general, test_settings_change_while_it_plays);
-  tcase_add_test(general, test_damage_is_said_and_ends_at_the_next_key);
-  tcase_add_test(general, test_states);
-  tcase_add_test(general, test_the_other_pads_outlive_a_full_disk);
-  tcase_add_test(general, test_another_rig_is_refused);
-  return suite;
-}
-
-GST_CHECK_MAIN(take_compression)

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Takes of a background and of a tracked camera: what is played is composited as it was live.
-#include <unistd.h>
 
 #include "camera_announced.h"
+#include "element_test.h"
 #include "played.h"
 #include "small_scene.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -40,32 +41,30 @@ constexpr char composited[] =
 
 /// The cameras announced at pad src_5 of takesrc `t`.
 void log_take(GstElement* pipeline, CameraLog& log) {
-  GstElement* after = gst_bin_get_by_name(GST_BIN(pipeline), "after");
+  GstElement* after = named(pipeline, "after");
   log_cameras(after, log);
-  gst_object_unref(after);
 }
 
 }  // namespace
 
-GST_START_TEST(test_the_composite_is_the_same_to_the_byte) {
+ELEMENT_TEST(test_the_composite_is_the_same_to_the_byte) {
   const Folder folder;
-  Played live("takesink name=t location=" + folder.file() + " " + track(folder) + "! src.track " +
+  Played live("takesink name=t location=" + take_in(folder) + " " + track(folder) + "! src.track " +
               tracked_scene(folder) + "! tee name=b ! queue ! t.sink_5 b. ! queue ! c.background " +
               views("tee name=v") +
               "v0. ! queue ! t.sink_0 v1. ! queue ! t.sink_1 v2. ! queue ! "
               "t.sink_2 v0. ! queue ! h. v1. ! queue ! h. v2. ! queue ! h. " +
               composited);
   check_ended(live.run());
-  Played again("takesrc name=t location=" + folder.file() +
+  Played again("takesrc name=t location=" + take_in(folder) +
                " t.src_5 ! queue ! c.background t.src_0 ! queue ! h. t.src_1 ! queue ! h. "
                "t.src_2 ! queue ! h. " +
                composited);
   check_ended(again.run());
   for (Played* played : {&live, &again}) {
-    GstElement* composite = gst_bin_get_by_name(GST_BIN(played->pipeline), "c");
+    GstElement* composite = named(played->pipeline, "c");
     fail_unless_equals_uint64(statistic(composite, "announcements"), frames);
     fail_unless_equals_uint64(statistic(composite, "drawn"), frames);
-    gst_object_unref(composite);
   }
   const auto before = live.of("out"), after = again.of("out");
   fail_unless_equals_int(before.size(), frames);
@@ -73,14 +72,13 @@ GST_START_TEST(test_the_composite_is_the_same_to_the_byte) {
   for (std::size_t i = 0; i < frames; ++i) fail_unless(before[i] == after[i], "frame %zu", i);
   fail_unless(before[3].bytes != before[4].bytes);
 }
-GST_END_TEST
 
-GST_START_TEST(test_seeks_find_the_camera_of_the_frame) {
+ELEMENT_TEST(test_seeks_find_the_camera_of_the_frame) {
   const Folder folder;
   check_ended(run_to_end(track(folder) + "! src.track " + tracked_scene(folder) +
-                         "! takesink location=" + folder.file()));
+                         "! takesink location=" + take_in(folder)));
   for (const bool backwards : {false, true}) {
-    Played played("takesrc location=" + folder.file() +
+    Played played("takesrc location=" + take_in(folder) +
                   " ! identity name=after ! fakesink name=out sync=false");
     CameraLog log;
     log_take(played.pipeline, log);
@@ -104,19 +102,18 @@ GST_START_TEST(test_seeks_find_the_camera_of_the_frame) {
       expect_place(frame.camera, {1e-9 * static_cast<double>(frame.time), -3, 0.3});
   }
 }
-GST_END_TEST
 
 // The camera alone, for a picture that is made again, or a video that comes from elsewhere.
-GST_START_TEST(test_a_track_is_kept) {
+ELEMENT_TEST(test_a_track_is_kept) {
   const Folder folder;
-  check_ended(run_to_end(track(folder) + "! takesink location=" + folder.file()));
+  check_ended(run_to_end(track(folder) + "! takesink location=" + take_in(folder)));
   const std::string video =
       "trackstamp name=src ! fakesink sync=false videotestsrc num-buffers=" +
       std::to_string(frames) +
       " ! video/x-raw,format=RGBA,width=160,height=90,framerate=25/1 ! src.sink";
   for (const std::string& line : {tracked_scene(folder) + "! fakesink sync=false", video}) {
-    Played played("takesrc location=" + folder.file() + " ! queue ! src.track " + line);
-    GstElement* source = gst_bin_get_by_name(GST_BIN(played.pipeline), "src");
+    Played played("takesrc location=" + take_in(folder) + " ! queue ! src.track " + line);
+    GstElement* source = named(played.pipeline, "src");
     CameraLog log;
     log_cameras(source, log);
     check_ended(played.run());
@@ -124,20 +121,5 @@ GST_START_TEST(test_a_track_is_kept) {
     for (const Shown& frame : log.frames)
       expect_place(frame.camera, {1e-9 * static_cast<double>(frame.time), -3, 0.3});
     expect_lens(log);
-    gst_object_unref(source);
   }
 }
-GST_END_TEST
-
-static Suite* take_scene_suite() {
-  Suite* suite = suite_create("take_scene");
-  TCase* general = tcase_create("general");
-  tcase_set_timeout(general, 180);
-  suite_add_tcase(suite, general);
-  tcase_add_test(general, test_the_composite_is_the_same_to_the_byte);
-  tcase_add_test(general, test_seeks_find_the_camera_of_the_frame);
-  tcase_add_test(general, test_a_track_is_kept);
-  return suite;
-}
-
-GST_CHECK_MAIN(take_scene)

@@ -10,7 +10,9 @@
 #include "plugins/common/rig_event.h"
 #include "take/take_reader.h"
 
+#include "element_test.h"
 #include "played.h"
+#include "support/folder.h"
 
 using namespace polyhull::test;
 
@@ -37,14 +39,14 @@ constexpr char replay[] =
 /// A take of \p frames tiny frames of 40 ms on two pads; each holds its number.
 std::string numbers(const Folder& folder, int frames) {
   const std::string line =
-      "takesink name=t location=" + folder.file() +
+      "takesink name=t location=" + take_in(folder) +
       " videotestsrc pattern=ball num-buffers=" + std::to_string(frames) +
       " ! video/x-raw,format=GRAY8,width=16,height=16,framerate=25/1 ! t.sink_0 "
       "videotestsrc pattern=snow num-buffers=" +
       std::to_string(frames) +
       " ! video/x-raw,format=GRAY8,width=8,height=8,framerate=25/1 ! t.sink_4";
   check_ended(run_to_end(line));
-  return folder.file();
+  return take_in(folder);
 }
 
 constexpr GstClockTime frame = 40 * GST_MSECOND;
@@ -60,41 +62,38 @@ constexpr auto flushing = static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH | GST_SE
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("takesink");
   check_documented("takesrc");
 }
-GST_END_TEST
 
-GST_START_TEST(test_hulls_are_the_same_to_the_byte) {
+ELEMENT_TEST(test_hulls_are_the_same_to_the_byte) {
   const Folder folder;
-  Played live(cameras(12, folder.file(), hull));
+  Played live(cameras(12, take_in(folder), hull));
   check_ended(live.run());
-  Played again("takesrc location=" + folder.file() + replay);
+  Played again("takesrc location=" + take_in(folder) + replay);
   check_ended(again.run());
   const auto before = live.of("out"), after = again.of("out");
   fail_unless_equals_int(before.size(), 12);
   fail_unless_equals_int(after.size(), 12);
   for (std::size_t i = 0; i < before.size(); ++i) fail_unless(before[i] == after[i], "hull %zu", i);
 }
-GST_END_TEST
 
 /// hullbuild behind takesrc takes the rig that the take keeps.
-GST_START_TEST(test_the_take_brings_its_rig) {
+ELEMENT_TEST(test_the_take_brings_its_rig) {
   const Folder folder;
   const std::string rig = std::string(g_getenv("POLYHULL_SOURCE")) + "/pipelines/rigs/five.json";
-  Played live(cameras(2, folder.file(), "hullbuild rig=" + rig + std::string(hull).substr(9),
+  Played live(cameras(2, take_in(folder), "hullbuild rig=" + rig + std::string(hull).substr(9),
                       "rig=" + rig));
   check_ended(live.run());
-  Played again("takesrc location=" + folder.file() + replay);
+  Played again("takesrc location=" + take_in(folder) + replay);
   check_ended(again.run());
   fail_unless_equals_int(again.of("out").size(), 2);
   fail_unless(live.of("out") == again.of("out"));
 }
-GST_END_TEST
 
 /// As Windows' editors save it.
-GST_START_TEST(test_a_rig_in_utf16_is_brought_as_utf8) {
+ELEMENT_TEST(test_a_rig_in_utf16_is_brought_as_utf8) {
   const Folder folder;
   const std::string rig = std::string(g_getenv("POLYHULL_SOURCE")) + "/pipelines/rigs/five.json";
   g_autofree char* utf8 = nullptr;
@@ -105,7 +104,7 @@ GST_START_TEST(test_a_rig_in_utf16_is_brought_as_utf8) {
     const std::string path = folder.file("rig.json");
     fail_unless(
         g_file_set_contents(path.c_str(), text.data(), static_cast<gssize>(text.size()), nullptr));
-    const std::string take = folder.file();
+    const std::string take = take_in(folder);
     check_ended(run_to_end("videotestsrc num-buffers=1 ! takesink existing=replace rig=" + path +
                            " location=" + take));
     Played again("takesrc name=t location=" + take + " ! fakesink name=out");
@@ -127,9 +126,8 @@ GST_START_TEST(test_a_rig_in_utf16_is_brought_as_utf8) {
   // Latin 1: said.
   fail_unless(brought("{\"name\": \"B\xFChne\"}") == std::pair(std::string(), guint64{1}));
 }
-GST_END_TEST
 
-GST_START_TEST(test_times_caps_and_bytes_stay) {
+ELEMENT_TEST(test_times_caps_and_bytes_stay) {
   const Folder folder;
   const std::string sources =
       "videotestsrc num-buffers=25 ! video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1 ! "
@@ -137,9 +135,9 @@ GST_START_TEST(test_times_caps_and_bytes_stay) {
       "name=v ! queue ! t.sink_0 v. ! queue ! fakesink name=outv "
       "audiotestsrc num-buffers=43 ! audio/x-raw,format=S16LE,rate=44100,channels=1 ! tee name=a ! "
       "queue ! t.sink_1 a. ! queue ! fakesink name=outa ";
-  Played live("takesink name=t location=" + folder.file() + " " + sources);
+  Played live("takesink name=t location=" + take_in(folder) + " " + sources);
   check_ended(live.run());
-  Played again("takesrc name=t location=" + folder.file() +
+  Played again("takesrc name=t location=" + take_in(folder) +
                " t.src_0 ! video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1 ! fakesink "
                "name=outv t.src_1 ! audio/x-raw,format=S16LE,rate=44100,channels=1 ! fakesink "
                "name=outa");
@@ -148,9 +146,8 @@ GST_START_TEST(test_times_caps_and_bytes_stay) {
   fail_unless(live.of("outv") == again.of("outv"));
   fail_unless(live.of("outa") == again.of("outa"));
 }
-GST_END_TEST
 
-GST_START_TEST(test_any_place_is_found) {
+ELEMENT_TEST(test_any_place_is_found) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 100) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink name=outs");
@@ -176,9 +173,8 @@ GST_START_TEST(test_any_place_is_found) {
     fail_unless(all.of("out")[0] == truth[static_cast<std::size_t>(from)]);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_backwards_and_at_other_rates) {
+ELEMENT_TEST(test_backwards_and_at_other_rates) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
@@ -196,7 +192,6 @@ GST_START_TEST(test_backwards_and_at_other_rates) {
     gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
   }
 }
-GST_END_TEST
 
 bool seek_simply(GstElement* pipeline, double rate, int flags, GstSeekType type, gint64 from) {
   return gst_element_seek(pipeline, rate, GST_FORMAT_TIME, static_cast<GstSeekFlags>(flags), type,
@@ -204,7 +199,7 @@ bool seek_simply(GstElement* pipeline, double rate, int flags, GstSeekType type,
 }
 
 // What cannot be done changes nothing of what plays.
-GST_START_TEST(test_a_refused_seek_changes_nothing) {
+ELEMENT_TEST(test_a_refused_seek_changes_nothing) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
@@ -223,9 +218,8 @@ GST_START_TEST(test_a_refused_seek_changes_nothing) {
   fail_unless(seen.size() >= 9 && seen.size() <= 10, "%zu", seen.size());
   fail_unless_equals_uint64(seen.back().time, 19 * frame);
 }
-GST_END_TEST
 
-GST_START_TEST(test_forwards_after_backwards) {
+ELEMENT_TEST(test_forwards_after_backwards) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
@@ -245,10 +239,9 @@ GST_START_TEST(test_forwards_after_backwards) {
     gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
   }
 }
-GST_END_TEST
 
 // From where it is, in both directions.
-GST_START_TEST(test_another_rate_alone) {
+ELEMENT_TEST(test_another_rate_alone) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
@@ -275,9 +268,8 @@ GST_START_TEST(test_another_rate_alone) {
     fail_unless_equals_uint64(end, rate > 0 ? 49 * frame : 0);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_seeking_while_it_plays) {
+ELEMENT_TEST(test_seeking_while_it_plays) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 200) +
              " t.src_0 ! queue ! fakesink name=out sync=true t.src_4 ! queue ! fakesink sync=true");
@@ -293,42 +285,38 @@ GST_START_TEST(test_seeking_while_it_plays) {
   fail_unless(seen.size() >= 10);
   fail_unless_equals_uint64(seen.back().time, 199 * frame);
 }
-GST_END_TEST
 
-GST_START_TEST(test_more_is_added_and_what_is_there_is_kept) {
+ELEMENT_TEST(test_more_is_added_and_what_is_there_is_kept) {
   const Folder folder;
-  check_ended(run_to_end(cameras(3, folder.file())));
-  const std::string refused = run_to_end(cameras(3, folder.file()));
+  check_ended(run_to_end(cameras(3, take_in(folder))));
+  const std::string refused = run_to_end(cameras(3, take_in(folder)));
   fail_unless(refused.find("there already") != std::string::npos, "%s", refused.c_str());
-  check_ended(run_to_end(cameras(4, folder.file(), "", "existing=append")));
-  Played both("takesrc name=t location=" + folder.file() +
+  check_ended(run_to_end(cameras(4, take_in(folder), "", "existing=append")));
+  Played both("takesrc name=t location=" + take_in(folder) +
               " t.src_0 ! fakesink name=out t.src_1 ! fakesink t.src_2 ! fakesink");
   check_ended(both.run());
   const auto seen = both.of("out");
   fail_unless_equals_int(seen.size(), 7);
   for (guint64 i = 0; i < 7; ++i) fail_unless_equals_uint64(seen[i].time, i * frame);
-  check_ended(run_to_end(cameras(2, folder.file(), "", "existing=replace")));
-  Played less("takesrc location=" + folder.file() + " ! fakesink name=out");
+  check_ended(run_to_end(cameras(2, take_in(folder), "", "existing=replace")));
+  Played less("takesrc location=" + take_in(folder) + " ! fakesink name=out");
   check_ended(less.run());
   fail_unless_equals_int(less.of("out").size(), 2);
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   const Folder folder;
-  check_states(cameras(100, folder.file(), "", "existing=replace"), 20);
+  check_states(cameras(100, take_in(folder), "", "existing=replace"), 20);
 }
-GST_END_TEST
 
-GST_START_TEST(test_playing_states) {
+ELEMENT_TEST(test_playing_states) {
   const Folder folder;
   check_states("takesrc name=t location=" + numbers(folder, 30) +
                    " t.src_0 ! queue ! fakesink sync=true t.src_4 ! fakesink",
                30);
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_input) {
+ELEMENT_TEST(test_bad_input) {
   const Folder folder;
   const auto says = [](const std::string& line, const char* what) {
     const std::string end = run_to_end(line);
@@ -338,51 +326,44 @@ GST_START_TEST(test_bad_input) {
   says(source + "takesink", "location");
   says(source + "takesink location=/nowhere/at/all.take", "no folder");
   says(source + "takesink location=" + folder.path, "no file");
-  says(source + "takesink rig=/nowhere.json location=" + folder.file(), "/nowhere.json");
-  fail_if(std::filesystem::exists(folder.file()));
+  says(source + "takesink rig=/nowhere.json location=" + take_in(folder), "/nowhere.json");
+  fail_if(std::filesystem::exists(take_in(folder)));
   says("takesrc ! fakesink", "location");
-  says("takesrc location=" + folder.file() + " ! fakesink", "No such file");
-  std::ofstream(folder.file()) << "this is no take, but somebody's diary, which must not be lost";
-  says("takesrc location=" + folder.file() + " ! fakesink", "no take");
-  says(source + "takesink existing=replace location=" + folder.file(), "no take");
-  fail_unless_equals_int(std::filesystem::file_size(folder.file()), 61);
+  says("takesrc location=" + take_in(folder) + " ! fakesink", "No such file");
+  std::ofstream(take_in(folder)) << "this is no take, but somebody's diary, which must not be lost";
+  says("takesrc location=" + take_in(folder) + " ! fakesink", "no take");
+  says(source + "takesink existing=replace location=" + take_in(folder), "no take");
+  fail_unless_equals_int(std::filesystem::file_size(take_in(folder)), 61);
   // Two that write the same file.
   says(source + "takesink location=" + folder.file("x.take") + " " + source +
            "takesink location=" + folder.file("x.take"),
        "Another element");
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_stream_without_times_is_said) {
+ELEMENT_TEST(test_a_stream_without_times_is_said) {
   const Folder folder;
   GstElement* pipeline = parse(
       "fakesrc num-buffers=4 sizetype=fixed sizemax=10 format=bytes ! takesink name=t location=" +
-      folder.file());
+      take_in(folder));
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  GstElement* sink = named(pipeline, "t");
   fail_unless_equals_uint64(statistic(sink, "buffers"), 4);
   fail_unless_equals_uint64(statistic(sink, "buffers-untimed"), 4);
-  gst_object_unref(sink);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
 /// A pipeline into the folder's take, with what is pushed at its sources.
 struct Recording {
   explicit Recording(const Folder& folder, int pads) {
-    std::string line = "takesink name=take location=" + folder.file();
+    std::string line = "takesink name=take location=" + take_in(folder);
     for (int i = 0; i < pads; ++i)
       line +=
           " appsrc name=in" + std::to_string(i) + " format=time caps=application/x-test ! take.";
     pipeline = parse(line);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
   }
-  ~Recording() {
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
-  }
+  ~Recording() { stop(pipeline); }
   GstElement* in(int pad) const {
     GstElement* found =
         gst_bin_get_by_name(GST_BIN(pipeline), ("in" + std::to_string(pad)).c_str());
@@ -405,7 +386,7 @@ struct Recording {
 /// \p rate.
 std::vector<int> times_from(const Folder& folder, double rate, GstClockTime from,
                             GstClockTime stop) {
-  Played played("takesrc location=" + folder.file() + " ! fakesink name=out sync=false");
+  Played played("takesrc location=" + take_in(folder) + " ! fakesink name=out sync=false");
   gst_element_set_state(played.pipeline, GST_STATE_PAUSED);
   gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
   fail_unless(gst_element_seek(played.pipeline, rate, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
@@ -421,7 +402,7 @@ std::vector<int> times_from(const Folder& folder, double rate, GstClockTime from
 }
 
 // A pipeline that has run for hours makes no take of hours.
-GST_START_TEST(test_late_begin) {
+ELEMENT_TEST(test_late_begin) {
   const Folder folder;
   {
     const Recording recording(folder, 1);
@@ -429,22 +410,21 @@ GST_START_TEST(test_late_begin) {
     recording.end(0);
     check_ended(wait_for_end(recording.pipeline));
   }
-  const polyhull::TakeContent content = polyhull::read_take(folder.file());
+  const polyhull::TakeContent content = polyhull::read_take(take_in(folder));
   fail_unless_equals_int64(content.streams[0].begin, 10 * GST_SECOND);
   fail_unless_equals_int64(content.end, 10 * GST_SECOND + 80 * GST_MSECOND);
 }
-GST_END_TEST
 
 void wait_for_buffers(GstElement* take, guint64 count) {
   while (statistic(take, "buffers") < count) g_usleep(1000);
 }
 
 // Streams begin at times of their own; what is too early for the take is said.
-GST_START_TEST(test_streams_begin_apart) {
+ELEMENT_TEST(test_streams_begin_apart) {
   const Folder folder;
   {
     const Recording recording(folder, 2);
-    GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+    GstElement* take = named(recording.pipeline, "take");
     recording.push(0, 100 * GST_SECOND);
     wait_for_buffers(take, 1);
     for (const guint64 at : {91, 92, 93}) recording.push(1, at * GST_SECOND);
@@ -453,22 +433,20 @@ GST_START_TEST(test_streams_begin_apart) {
     recording.push(1, 89 * GST_SECOND);
     wait_for_buffers(take, 5);
     fail_unless_equals_uint64(statistic(take, "buffers-early"), 1);
-    gst_object_unref(take);
     recording.end(0);
     recording.end(1);
     check_ended(wait_for_end(recording.pipeline));
   }
-  polyhull::TakeCursor cursor(folder.file(), 2);
+  polyhull::TakeCursor cursor(take_in(folder), 2);
   for (const int after : {0, 1, 2, 3})
     fail_unless_equals_int64(cursor.next()->time, after * std::int64_t{1'000'000'000});
 }
-GST_END_TEST
 
 // A pad that waits for a camera that never came has no end.
-GST_START_TEST(test_an_unlinked_pad_holds_no_end) {
+ELEMENT_TEST(test_an_unlinked_pad_holds_no_end) {
   const Folder folder;
   const Recording recording(folder, 1);
-  GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+  GstElement* take = named(recording.pipeline, "take");
   GstPad* spare = gst_element_request_pad_simple(take, "sink_7");
   GstPad* other = gst_element_request_pad_simple(take, "sink_8");
   recording.push(0, 0);
@@ -480,21 +458,19 @@ GST_START_TEST(test_an_unlinked_pad_holds_no_end) {
   check_ended(wait_for_end(recording.pipeline));
   gst_object_unref(other);
   gst_object_unref(spare);
-  gst_object_unref(take);
 }
-GST_END_TEST
 
 // Somebody looks into the take for longer than it is recorded: the element stops, and says so.
-GST_START_TEST(test_a_reader_that_does_not_stop) {
+ELEMENT_TEST(test_a_reader_that_does_not_stop) {
   const Folder folder;
   sqlite3* base = nullptr;
   sqlite3_stmt* slow = nullptr;
   {
     const Recording recording(folder, 1);
-    GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+    GstElement* take = named(recording.pipeline, "take");
     for (guint i = 0; i < 3; ++i) recording.push(0, i * frame);
     wait_for_buffers(take, 3);
-    fail_unless_equals_int(sqlite3_open(folder.file().c_str(), &base), SQLITE_OK);
+    fail_unless_equals_int(sqlite3_open(take_in(folder).c_str(), &base), SQLITE_OK);
     sqlite3_prepare_v2(base, "SELECT id FROM packet", -1, &slow, nullptr);
     fail_unless_equals_int(sqlite3_step(slow), SQLITE_ROW);
     for (guint i = 3; i < 50; ++i) recording.push(0, i * frame);
@@ -508,22 +484,20 @@ GST_START_TEST(test_a_reader_that_does_not_stop) {
     g_autoptr(GError) error = nullptr;
     gst_message_parse_error(message, &error, nullptr);
     fail_unless(strstr(error->message, "has been reading it") != nullptr, "%s", error->message);
-    gst_object_unref(take);
   }
   sqlite3_finalize(slow);
   sqlite3_close(base);
-  fail_unless_equals_int64(polyhull::read_take(folder.file()).end, frame);
+  fail_unless_equals_int64(polyhull::read_take(take_in(folder)).end, frame);
 }
-GST_END_TEST
 
 // What others wait for is released, or ends.
-GST_START_TEST(test_released_pad_ends_the_take) {
+ELEMENT_TEST(test_released_pad_ends_the_take) {
   const Folder folder;
   const Recording recording(folder, 2);
   recording.push(0, 0);
   recording.push(1, 0);
   recording.end(0);
-  GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+  GstElement* take = named(recording.pipeline, "take");
   wait_for_buffers(take, 2);
   g_usleep(100000);  // for the first stream's end, which nothing counts
   GstElement* source = recording.in(1);
@@ -533,11 +507,9 @@ GST_START_TEST(test_released_pad_ends_the_take) {
   gst_element_release_request_pad(take, pad);
   gst_object_unref(pad);
   check_ended(wait_for_end(recording.pipeline));
-  gst_object_unref(take);
 }
-GST_END_TEST
 
-GST_START_TEST(test_pad_names) {
+ELEMENT_TEST(test_pad_names) {
   GstElement* take = gst_element_factory_make("takesink", nullptr);
   GstPad* first = gst_element_request_pad_simple(take, "sink_0");
   fail_unless(first != nullptr);
@@ -550,10 +522,9 @@ GST_START_TEST(test_pad_names) {
   }
   gst_object_unref(take);
 }
-GST_END_TEST
 
 // What has begun before is still seen; backwards what stands for itself.
-GST_START_TEST(test_what_lasts_and_what_stands_alone) {
+ELEMENT_TEST(test_what_lasts_and_what_stands_alone) {
   const Folder folder;
   {
     const Recording recording(folder, 1);
@@ -576,21 +547,20 @@ GST_START_TEST(test_what_lasts_and_what_stands_alone) {
   expect(1.0, 290, 330, {280, 320});  // the sink leaves out what ends before
   expect(-1.0, 0, 400, {200, 0});
 }
-GST_END_TEST
 
-GST_START_TEST(test_a_damaged_take_plays_what_is_whole) {
+ELEMENT_TEST(test_a_damaged_take_plays_what_is_whole) {
   const Folder folder;
   check_ended(
       run_to_end("videotestsrc pattern=snow num-buffers=60 ! "
                  "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1 ! "
                  "takesink location=" +
-                 folder.file()));
+                 take_in(folder)));
   {
-    std::fstream file(folder.file(), std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(folder.file()) / 2));
+    std::fstream file(take_in(folder), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(take_in(folder)) / 2));
     file << std::string(100, 'x');
   }
-  Played rest("takesrc name=t location=" + folder.file() + " ! fakesink name=out");
+  Played rest("takesrc name=t location=" + take_in(folder) + " ! fakesink name=out");
   GstBus* bus = gst_element_get_bus(rest.pipeline);
   gst_element_set_state(rest.pipeline, GST_STATE_PLAYING);
   GstMessage* message = gst_bus_timed_pop_filtered(
@@ -604,43 +574,7 @@ GST_START_TEST(test_a_damaged_take_plays_what_is_whole) {
   gst_message_unref(message);
   gst_object_unref(bus);
   check_ended(wait_for_end(rest.pipeline));
-  GstElement* source = gst_bin_get_by_name(GST_BIN(rest.pipeline), "t");
+  GstElement* source = named(rest.pipeline, "t");
   fail_unless(statistic(source, "packets-damaged") >= 1);
-  gst_object_unref(source);
   fail_unless(rest.of("out").size() >= 55 && rest.of("out").size() < 60);
 }
-GST_END_TEST
-
-static Suite* take_suite() {
-  Suite* suite = suite_create("take");
-  TCase* general = tcase_create("general");
-  tcase_set_timeout(general, 180);
-  suite_add_tcase(suite, general);
-  tcase_add_test(general, test_documented);
-  tcase_add_test(general, test_hulls_are_the_same_to_the_byte);
-  tcase_add_test(general, test_the_take_brings_its_rig);
-  tcase_add_test(general, test_a_rig_in_utf16_is_brought_as_utf8);
-  tcase_add_test(general, test_times_caps_and_bytes_stay);
-  tcase_add_test(general, test_any_place_is_found);
-  tcase_add_test(general, test_backwards_and_at_other_rates);
-  tcase_add_test(general, test_a_refused_seek_changes_nothing);
-  tcase_add_test(general, test_forwards_after_backwards);
-  tcase_add_test(general, test_another_rate_alone);
-  tcase_add_test(general, test_seeking_while_it_plays);
-  tcase_add_test(general, test_more_is_added_and_what_is_there_is_kept);
-  tcase_add_test(general, test_states);
-  tcase_add_test(general, test_playing_states);
-  tcase_add_test(general, test_bad_input);
-  tcase_add_test(general, test_a_stream_without_times_is_said);
-  tcase_add_test(general, test_a_damaged_take_plays_what_is_whole);
-  tcase_add_test(general, test_late_begin);
-  tcase_add_test(general, test_streams_begin_apart);
-  tcase_add_test(general, test_an_unlinked_pad_holds_no_end);
-  tcase_add_test(general, test_a_reader_that_does_not_stop);
-  tcase_add_test(general, test_released_pad_ends_the_take);
-  tcase_add_test(general, test_pad_names);
-  tcase_add_test(general, test_what_lasts_and_what_stands_alone);
-  return suite;
-}
-
-GST_CHECK_MAIN(take)

@@ -5,13 +5,12 @@
 
 #include <gst/check/gstharness.h>
 #include <gst/check/gsttestclock.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <string>
 
 #include "../lib/track/packets.h"
 #include "element_checks.h"
+#include "support/folder.h"
 #include "support/tracker.h"
 #include "track/pose_message.h"
 
@@ -21,8 +20,8 @@ using namespace polyhull::track_examples;
 
 inline constexpr GstClockTime ms = GST_MSECOND;
 
-/// Of this program's files; gone when it ends.
-inline std::filesystem::path folder;
+/// Of this program.
+inline const Folder folder;
 
 /// A pose as it came: its time, its bytes and what they say.
 struct Came {
@@ -104,14 +103,8 @@ inline void expect_near(const Vec3& a, const Vec3& b, double tolerance) {
               b.y, b.z);
 }
 
-inline void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
-  for (const char* part : parts)
-    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
-                text.c_str());
-}
-
 inline std::string path(const char* name) {
-  return (folder / name).string();
+  return folder.file(name);
 }
 
 inline std::string refusal(const std::string& properties) {
@@ -122,18 +115,6 @@ inline std::string refusal(const std::string& properties) {
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(pipeline);
   return said;
-}
-
-/// What main() is of a program of such tests.
-inline int run_in_folder(int argc, char** argv, Suite* (*suite)(), const char* name,
-                         const char* file) {
-  folder = std::filesystem::temp_directory_path() / ("polyhull_track" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  gst_check_init(&argc, &argv);
-  const int failures = gst_check_run_suite(suite(), name, file);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
 }
 
 }  // namespace polyhull::test

@@ -10,7 +10,7 @@
 using namespace polyhull;
 using namespace polyhull::test;
 
-GST_START_TEST(test_freed) {
+ELEMENT_TEST(test_freed) {
   Bench bench("port=0 delay=30000000 prediction=5000000");
   const Came came = bench.at(100 * ms, freed(7, {90, 0, 0}, {1.5, -2.25, 3.125}, 2500, 0));
   fail_unless_equals_uint64(came.time, 70 * ms);
@@ -21,9 +21,8 @@ GST_START_TEST(test_freed) {
   fail_unless_equals_int64(came.message.prediction_ns, 5000000);
   fail_unless_equals_uint64(statistic(bench.element, "poses"), 1);
 }
-GST_END_TEST
 
-GST_START_TEST(test_settings_of_freed_change_live) {
+ELEMENT_TEST(test_settings_of_freed_change_live) {
   Bench bench("port=0 axes=y-xz invert-pan=true offset-z=10 zoom-is-focal-length=true");
   const Packet packet = freed(1, {90, 0, 0}, {1, 2, 3}, 2500, 0);
   Came came = bench.at(10 * ms, packet);
@@ -48,10 +47,9 @@ GST_START_TEST(test_settings_of_freed_change_live) {
   g_object_set(bench.element, "axes", "zyx", nullptr);
   expect_near(bench.at(30 * ms, packet).message.pose.place, {3, 2, 11}, 1e-12);
 }
-GST_END_TEST
 
 // Of Z CAM's heads and others: cameras of any number, no checksum, a line end behind, polls between.
-GST_START_TEST(test_freed_as_others_send_it) {
+ELEMENT_TEST(test_freed_as_others_send_it) {
   Bench bench("port=0 source=\"freed 255\"");
   Packet packet = at_x(1, 255);
   packet.insert(packet.end(), {'\r', '\n'});
@@ -67,10 +65,9 @@ GST_START_TEST(test_freed_as_others_send_it) {
   gst_util_set_object_arg(G_OBJECT(bench.element), "checksum", "zero-is-none");
   fail_unless(bench.at(20 * ms, packet).x() == 2.0);
 }
-GST_END_TEST
 
 // What a packet holds may be any bytes, messages are UTF-8.
-GST_START_TEST(test_messages_quote_in_utf8) {
+ELEMENT_TEST(test_messages_quote_in_utf8) {
   Bench bench("port=0");
   const std::string latin1 = "{\"sourceId\": \"K\xFChe\"}";
   bench.nothing_of({latin1.begin(), latin1.end()}, "refused");
@@ -79,9 +76,8 @@ GST_START_TEST(test_messages_quote_in_utf8) {
   expect_in(said[0], {"ill-formed UTF-8", "\"K"});
   fail_unless(g_utf8_validate(said[0].c_str(), -1, nullptr));
 }
-GST_END_TEST
 
-GST_START_TEST(test_several_packets_in_a_datagram) {
+ELEMENT_TEST(test_several_packets_in_a_datagram) {
   Bench bench("port=0");
   Packet all;
   for (const auto& [x, camera] : {std::pair{1, 1}, {9, 89}, {2, 1}, {3, 1}})
@@ -96,10 +92,9 @@ GST_START_TEST(test_several_packets_in_a_datagram) {
   fail_unless_equals_uint64(statistic(bench.element, "other-senders"), 1);
   fail_unless(bench.at(20 * ms, at_x(4)).x() == 4.0);
 }
-GST_END_TEST
 
 // Encoders taken for focal lengths are noticed once.
-GST_START_TEST(test_implausible_focal_lengths) {
+ELEMENT_TEST(test_implausible_focal_lengths) {
   Bench bench("port=0 zoom-is-focal-length=true sensor-width=13.2");
   for (guint64 i = 0; i < 3; ++i)
     bench.at((10 + i) * ms,
@@ -111,11 +106,10 @@ GST_START_TEST(test_implausible_focal_lengths) {
   fail_unless_equals_int(said.size(), 1);
   expect_in(said[0], {"289 mm", "zoom-is-focal-length", "lens-file"});
 }
-GST_END_TEST
 
 // A zoom that moves without anything that says what the lens does there, once; an encoder that stands and
 // shakes by some counts is none.
-GST_START_TEST(test_a_zoom_that_nothing_follows) {
+ELEMENT_TEST(test_a_zoom_that_nothing_follows) {
   Bench bench("port=0");
   const auto at = [&](guint64 i, unsigned zoom) {
     bench.at((10 + i) * ms, freed(1, {0, 0, 0}, {0, 0, 0}, zoom, 0));
@@ -131,9 +125,8 @@ GST_START_TEST(test_a_zoom_that_nothing_follows) {
   fail_unless_equals_int(said.size(), 1);
   expect_in(said[0], {"zoom moves", "lens-file", "zoom-is-focal-length"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_lens_file) {
+ELEMENT_TEST(test_lens_file) {
   std::ofstream(path("lens.csv")) << "Zoom,Focal length (mm),k1,Entrance pupil (mm)\n"
                                      "0,10,-0.1,100\n1000,30,0.1,300\n"
                                      "Focus,Focus distance (m)\n0,1\n1000,inf\n";
@@ -156,9 +149,8 @@ GST_START_TEST(test_lens_file) {
   fail_unless_equals_int(said.size(), 1);
   expect_in(said[0], {"lens.csv", "beyond"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_lens_file_without_a_sensor) {
+ELEMENT_TEST(test_lens_file_without_a_sensor) {
   std::ofstream(path("lens.csv")) << "zoom focal_length_mm\n0 10\n";
   Bench bench("port=0 lens-file=" + path("lens.csv"));
   bench.at(10 * ms, at_x(1));
@@ -174,26 +166,4 @@ GST_START_TEST(test_lens_file_without_a_sensor) {
   const auto also = warnings_on(other.bus);
   fail_unless_equals_int(also.size(), 1);
   expect_in(also[0], {"lens.csv", "lens.encoders", "rawEncoders"});
-}
-GST_END_TEST
-
-static Suite* tracksrc_freed_suite() {
-  Suite* suite = suite_create("tracksrc_freed");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, test_freed);
-  tcase_add_test(tests, test_settings_of_freed_change_live);
-  tcase_add_test(tests, test_freed_as_others_send_it);
-  tcase_add_test(tests, test_messages_quote_in_utf8);
-  tcase_add_test(tests, test_several_packets_in_a_datagram);
-  tcase_add_test(tests, test_implausible_focal_lengths);
-  tcase_add_test(tests, test_a_zoom_that_nothing_follows);
-  tcase_add_test(tests, test_lens_file);
-  tcase_add_test(tests, test_lens_file_without_a_sensor);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  return run_in_folder(argc, argv, tracksrc_freed_suite, "tracksrc_freed", __FILE__);
 }

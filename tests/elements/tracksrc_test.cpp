@@ -43,7 +43,7 @@ std::string recording(const char* name, int count) {
 std::vector<Came> played(const std::string& properties, std::string* warning = nullptr) {
   GstElement* pipeline = parse("tracksrc name=t " + properties +
                                " ! fakesink name=sink signal-handoffs=true sync=false");
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   std::vector<Came> result;
   const auto keep = +[](GstElement*, GstBuffer* buffer, GstPad*, std::vector<Came>* to) {
     to->push_back(came_in(gst_buffer_ref(buffer)));
@@ -68,7 +68,6 @@ std::vector<Came> played(const std::string& properties, std::string* warning = n
   gst_message_unref(message);
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(bus);
-  gst_object_unref(sink);
   gst_object_unref(pipeline);
   return result;
 }
@@ -85,13 +84,12 @@ GstClockTime latency_of(GstElement* element) {
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("tracksrc");
 }
-GST_END_TEST
 
 // A controlled property is, for each packet, what it is when that comes, recorded or not.
-GST_START_TEST(test_controllers) {
+ELEMENT_TEST(test_controllers) {
   const std::string file = path("controlled.pcap");
   {
     Bench bench("port=0 record=" + file);
@@ -109,9 +107,8 @@ GST_START_TEST(test_controllers) {
   gst_object_unref(element);
   gst_harness_teardown(harness);
 }
-GST_END_TEST
 
-GST_START_TEST(test_opentrackio) {
+ELEMENT_TEST(test_opentrackio) {
   Bench bench("port=0 protocol=opentrackio");
   const nlohmann::json value = sample({90, 30, 0}, {1.5, -2.25, 3.125});
   const Packet text = json_bytes(value), cbor = nlohmann::json::to_cbor(value);
@@ -133,9 +130,8 @@ GST_START_TEST(test_opentrackio) {
   expect_near(bench.at(100 * ms, segment(cbor, 2, 702, 0, half, 255)).message.pose.place,
               {1.5, -2.25, 3.125}, 1e-12);
 }
-GST_END_TEST
 
-GST_START_TEST(test_loss_reordering_and_repetition) {
+ELEMENT_TEST(test_loss_reordering_and_repetition) {
   Bench bench("port=0");
   bench.at(10 * ms, numbered(10, 0.1));
   bench.at(20 * ms, numbered(14, 0.4));  // three are missing
@@ -146,9 +142,8 @@ GST_START_TEST(test_loss_reordering_and_repetition) {
   fail_unless(bench.at(30 * ms, numbered(15, 0.5)).x() == 0.5);
   fail_unless_equals_uint64(statistic(bench.element, "poses"), 3);
 }
-GST_END_TEST
 
-GST_START_TEST(test_two_senders) {
+ELEMENT_TEST(test_two_senders) {
   Bench bench("port=0");
   const Tracker other("127.0.0.2");
   fail_unless(bench.at(100 * ms, at_x(1)).x() == 1.0);
@@ -165,9 +160,8 @@ GST_START_TEST(test_two_senders) {
   bench.nothing_of(at_x(60), "other-senders", other);
   fail_unless(bench.at(1300 * ms, at_x(50, 2)).x() == 50.0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_packets_are_counted_and_the_rest_is_used) {
+ELEMENT_TEST(test_bad_packets_are_counted_and_the_rest_is_used) {
   Bench bench("port=0");
   bench.at(10 * ms, at_x(1));
   Packet bad = at_x(2);
@@ -190,9 +184,8 @@ GST_START_TEST(test_bad_packets_are_counted_and_the_rest_is_used) {
   fail_unless(bench.at(20 * ms, at_x(3)).x() == 3.0);
   fail_unless_equals_uint64(statistic(bench.element, "packets"), 11);
 }
-GST_END_TEST
 
-GST_START_TEST(test_silence_is_said_once) {
+ELEMENT_TEST(test_silence_is_said_once) {
   Bench bench("port=0");
   bench.at(10 * ms, at_x(1));
   gst_harness_set_time(bench.harness, 1000 * ms);
@@ -207,10 +200,9 @@ GST_START_TEST(test_silence_is_said_once) {
   gst_harness_set_time(bench.harness, 7010 * ms);
   bench.wait_for("silences", 2);
 }
-GST_END_TEST
 
 // Motion of constant speed is where it was at the time that the pose has, however much is averaged.
-GST_START_TEST(test_smoothing_is_latency_and_no_lag) {
+ELEMENT_TEST(test_smoothing_is_latency_and_no_lag) {
   Bench bench("port=0 smoothing=80000000 delay=20000000");
   Came came;
   for (guint64 i = 1; i <= 20; ++i)
@@ -228,9 +220,8 @@ GST_START_TEST(test_smoothing_is_latency_and_no_lag) {
   fail_unless(message != nullptr);
   gst_message_unref(message);
 }
-GST_END_TEST
 
-GST_START_TEST(test_record_and_replay_are_identical) {
+ELEMENT_TEST(test_record_and_replay_are_identical) {
   const std::string file = path("record.pcap");
   const std::string properties = "delay=15000000 smoothing=30000000 ";
   std::vector<Came> live;
@@ -253,10 +244,9 @@ GST_START_TEST(test_record_and_replay_are_identical) {
     fail_unless(again[i].bytes == live[kept_from + i].bytes);
   }
 }
-GST_END_TEST
 
 // Packets that wait for up to 15 ms, of a camera that moves by a metre a second.
-GST_START_TEST(test_what_packets_waited_is_taken_out) {
+ELEMENT_TEST(test_what_packets_waited_is_taken_out) {
   const std::string file = path("waited.pcap");
   std::vector<Came> live;
   {
@@ -292,10 +282,9 @@ GST_START_TEST(test_what_packets_waited_is_taken_out) {
     fail_unless(again[i].bytes == live[i].bytes);
   }
 }
-GST_END_TEST
 
 // The pipeline's clock is the sender's.
-GST_START_TEST(test_times_of_the_clock) {
+ELEMENT_TEST(test_times_of_the_clock) {
   Bench bench("port=0 times=clock delay=1000000");
   const GstClockTime base = gst_element_get_base_time(bench.element);
   fail_unless_equals_uint64(bench.at(110 * ms, numbered(1, 0.1, base + 103 * ms)).time, 102 * ms);
@@ -307,9 +296,8 @@ GST_START_TEST(test_times_of_the_clock) {
   fail_unless_equals_int(said.size(), 1);
   expect_in(said[0], {"PTP", "times=sender"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_what_is_left_out_is_said) {
+ELEMENT_TEST(test_what_is_left_out_is_said) {
   Bench bench("port=0");
   nlohmann::json value = sample({0, 0, 0}, {1, 0, 0});
   value["lens"]["fStop"] = 0;
@@ -325,12 +313,11 @@ GST_START_TEST(test_what_is_left_out_is_said) {
   expect_in(said[1], {"127.0.0.1:", "D-U"});
   expect_in(said[2], {"version 2.0.0, expected 1.x"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_replay_is_sought) {
+ELEMENT_TEST(test_replay_is_sought) {
   const std::string file = recording("sought.pcap", 100);
   GstElement* pipeline = parse("tracksrc location=" + file + " ! appsink name=sink sync=false");
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   gst_element_set_state(pipeline, GST_STATE_PAUSED);
   gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
   for (const GstClockTime to : {505 * ms, 0 * ms, 250 * ms, 989 * ms}) {
@@ -346,12 +333,10 @@ GST_START_TEST(test_replay_is_sought) {
     expect_near({came.x(), 0, 0}, {static_cast<double>(holds) * 1e-9, 0, 0}, 1e-5);
   }
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(sink);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_damaged_recording_is_used_as_far_as_it_goes) {
+ELEMENT_TEST(test_damaged_recording_is_used_as_far_as_it_goes) {
   const std::string whole = recording("whole.pcap", 10);
   fail_unless_equals_int(played("location=" + whole).size(), 10);
   std::filesystem::copy_file(whole, path("cut.pcap"),
@@ -361,9 +346,8 @@ GST_START_TEST(test_damaged_recording_is_used_as_far_as_it_goes) {
   fail_unless_equals_int(played("location=" + path("cut.pcap"), &warning).size(), 9);
   expect_in(warning, {"cut.pcap", "damaged", "truncated"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_full_disk_ends_the_recording_alone) {
+ELEMENT_TEST(test_full_disk_ends_the_recording_alone) {
   Bench bench("port=0 record=/dev/full");
   bench.at(10 * ms, at_x(1));
   bench.at(20 * ms, at_x(2));
@@ -372,9 +356,8 @@ GST_START_TEST(test_full_disk_ends_the_recording_alone) {
   fail_unless_equals_int(said.size(), 1);
   expect_in(said[0], {"/dev/full", "disk is full"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_refusals) {
+ELEMENT_TEST(test_refusals) {
   Bench bench("port=0");
   expect_in(refusal("port=" + std::to_string(bench.port)),
             {std::to_string(bench.port).c_str(), "in use", "another port"});
@@ -396,18 +379,16 @@ GST_START_TEST(test_refusals) {
   std::ofstream(path("empty"));
   expect_in(refusal("location=" + path("empty")), {"empty", "no recorded track"});
 }
-GST_END_TEST
 
-GST_START_TEST(test_multicast) {
+ELEMENT_TEST(test_multicast) {
   Bench bench("port=0 address=239.135.1.7 multicast-iface=lo");
   gst_harness_set_time(bench.harness, 10 * ms);
   bench.tracker.send(bench.port, numbered(1, 4.0), "239.135.1.7");
   fail_unless(bench.pull().x() == 4.0);
 }
-GST_END_TEST
 
 // What came before PLAYING would get a time at which it did not come.
-GST_START_TEST(test_nothing_stale_after_a_pause) {
+ELEMENT_TEST(test_nothing_stale_after_a_pause) {
   Bench bench("port=0");
   bench.at(10 * ms, at_x(1));
   gst_element_set_state(bench.element, GST_STATE_PAUSED);
@@ -417,41 +398,8 @@ GST_START_TEST(test_nothing_stale_after_a_pause) {
   const Came came = bench.at(500 * ms, at_x(3));
   fail_unless(came.x() == 3.0, "the pose %g came at %" G_GUINT64_FORMAT, came.x(), came.time);
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states("tracksrc port=0 ! fakesink async=false", 20);
   check_states("tracksrc location=" + recording("states.pcap", 5) + " ! fakesink", 20);
-}
-GST_END_TEST
-
-static Suite* tracksrc_suite() {
-  Suite* suite = suite_create("tracksrc");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_controllers);
-  tcase_add_test(tests, test_opentrackio);
-  tcase_add_test(tests, test_loss_reordering_and_repetition);
-  tcase_add_test(tests, test_two_senders);
-  tcase_add_test(tests, test_bad_packets_are_counted_and_the_rest_is_used);
-  tcase_add_test(tests, test_silence_is_said_once);
-  tcase_add_test(tests, test_smoothing_is_latency_and_no_lag);
-  tcase_add_test(tests, test_record_and_replay_are_identical);
-  tcase_add_test(tests, test_what_packets_waited_is_taken_out);
-  tcase_add_test(tests, test_times_of_the_clock);
-  tcase_add_test(tests, test_what_is_left_out_is_said);
-  tcase_add_test(tests, test_replay_is_sought);
-  tcase_add_test(tests, test_damaged_recording_is_used_as_far_as_it_goes);
-  tcase_add_test(tests, test_full_disk_ends_the_recording_alone);
-  tcase_add_test(tests, test_refusals);
-  tcase_add_test(tests, test_multicast);
-  tcase_add_test(tests, test_nothing_stale_after_a_pause);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  return run_in_folder(argc, argv, tracksrc_suite, "tracksrc", __FILE__);
 }

@@ -12,6 +12,8 @@
 #include <thread>
 
 #include "camera_announced.h"
+#include "element_test.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -21,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t ms = GST_MSECOND;
-std::filesystem::path folder;
+const Folder folder;
 
 /// Lines of \p count frames at 25 frames/s of a camera before the origin; \p near: depth_near, 0: none.
 std::string write_messages(const char* name, int count, double near) {
@@ -30,7 +32,7 @@ std::string write_messages(const char* name, int count, double near) {
   announcement.depth_near = near;
   json said = json::parse(announcement_to_json(announcement));
   fail_unless(said.contains("depth_near") == (near > 0));
-  const std::filesystem::path path = folder / name;
+  const std::filesystem::path path = folder.file(name);
   std::ofstream out(path);
   for (int i = 0; i < count; ++i) {
     said["stream_time_ns"] = 40 * ms * i;
@@ -58,16 +60,14 @@ Result composited(const std::string& messages, const std::string& depth,
     line += std::string(" rigtestsrc num-buffers=1 camera=") + camera +
             " ! silhouette camera=" + camera + " ! h.";
   GstElement* pipeline = parse(line);
-  GstElement* stamp = gst_bin_get_by_name(GST_BIN(pipeline), "t");
-  GstElement* composite = gst_bin_get_by_name(GST_BIN(pipeline), "c");
+  GstElement* stamp = named(pipeline, "t");
+  GstElement* composite = named(pipeline, "c");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
   const Result result{statistic(composite, "pixels-changed"),
                       statistic(stamp, "frames-without-depth")};
   fail_unless_equals_uint64(statistic(composite, "frames"), 3);
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(composite);
-  gst_object_unref(stamp);
   gst_object_unref(pipeline);
   return result;
 }
@@ -141,7 +141,7 @@ struct Bench {
 
 }  // namespace
 
-GST_START_TEST(test_near_things_hide) {
+ELEMENT_TEST(test_near_things_hide) {
   const std::string messages = write_messages("near.jsonl", 3, 0.5);
   const Result open = composited(messages, "");
   fail_unless(open.changed > 100, "%" G_GUINT64_FORMAT, open.changed);
@@ -161,7 +161,7 @@ GST_START_TEST(test_near_things_hide) {
                               open.changed);
   }
   // The upper half of the picture, white and black in 16 bits.
-  const std::filesystem::path path = folder / "half.gray16";
+  const std::filesystem::path path = folder.file("half.gray16");
   {
     std::ofstream out(path, std::ios::binary);
     for (int frame = 0; frame < 3; ++frame)
@@ -174,9 +174,8 @@ GST_START_TEST(test_near_things_hide) {
   fail_unless(half.changed > open.changed / 5 && half.changed < open.changed * 4 / 5,
               "%" G_GUINT64_FORMAT " of %" G_GUINT64_FORMAT, half.changed, open.changed);
 }
-GST_END_TEST
 
-GST_START_TEST(test_without_measure_or_frames) {
+ELEMENT_TEST(test_without_measure_or_frames) {
   const std::string unmeasured = write_messages("unmeasured.jsonl", 3, 0.0);
   const Result open = composited(unmeasured, "");
   const Result ignored = composited(unmeasured, depth_of("white"));
@@ -185,9 +184,8 @@ GST_START_TEST(test_without_measure_or_frames) {
   const std::string messages = write_messages("near.jsonl", 3, 0.5);
   fail_unless_equals_uint64(composited(messages, depth_of("white", "GRAY16_LE", 1)).without, 2);
 }
-GST_END_TEST
 
-GST_START_TEST(test_frames_find_each_other) {
+ELEMENT_TEST(test_frames_find_each_other) {
   Bench bench(true);
   for (int i : {0, 1, 2, 5}) fail_unless_equals_int(bench.push(40 * ms * i), GST_FLOW_OK);
   fail_unless(bench.send(0));
@@ -203,9 +201,8 @@ GST_START_TEST(test_frames_find_each_other) {
   fail_unless_equals_uint64(statistic(bench.element, "depth-frames-unusable"), 1);
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_nearest_frame) {
+ELEMENT_TEST(test_nearest_frame) {
   Bench bench(true);
   const auto rate = [&](const char* of) {
     GstCaps* caps = gst_caps_from_string(
@@ -227,10 +224,9 @@ GST_START_TEST(test_nearest_frame) {
   fail_unless(!bench.send(375 * ms));
   bench.close();
 }
-GST_END_TEST
 
 // Live frames that nothing matches give back their memory.
-GST_START_TEST(test_live_frames_do_not_pile_up) {
+ELEMENT_TEST(test_live_frames_do_not_pile_up) {
   Bench bench(true);
   GstCaps* caps =
       gst_caps_from_string("video/x-raw,format=GRAY16_BE,width=4096,height=4096,framerate=25/1");
@@ -249,9 +245,8 @@ GST_START_TEST(test_live_frames_do_not_pile_up) {
   fail_unless_equals_int(alive, 8);  // of 32 MiB
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_files_wait_for_each_other) {
+ELEMENT_TEST(test_files_wait_for_each_other) {
   Bench bench(false);
   std::thread depth([&] {
     for (int i = 0; i < 12; ++i) fail_unless_equals_int(bench.push(40 * ms * i), GST_FLOW_OK);
@@ -261,10 +256,9 @@ GST_START_TEST(test_files_wait_for_each_other) {
   fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 0);
   bench.close();
 }
-GST_END_TEST
 
 // What is sought as a segment ends without an end of stream, until another begins.
-GST_START_TEST(test_segment_that_is_done) {
+ELEMENT_TEST(test_segment_that_is_done) {
   Bench bench(false);
   for (int i = 0; i < 3; ++i) fail_unless_equals_int(bench.push(40 * ms * i), GST_FLOW_OK);
   for (GstPad* pad : {bench.depths.pad, bench.messages.pad})
@@ -279,7 +273,6 @@ GST_START_TEST(test_segment_that_is_done) {
   frame.join();
   bench.close();
 }
-GST_END_TEST
 
 /// Timecodes that go over midnight and then back to an earlier hour, and on to a later one.
 std::string jumping_timecode(int i) {
@@ -295,7 +288,7 @@ std::string jumping_timecode(int i) {
   return text;
 }
 
-GST_START_TEST(test_timecodes_jump) {
+ELEMENT_TEST(test_timecodes_jump) {
   constexpr int count = 350;
   {
     Bench bench(false, "timecode");
@@ -340,10 +333,9 @@ GST_START_TEST(test_timecodes_jump) {
   fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 0);
   bench.close();
 }
-GST_END_TEST
 
 // A depth that is silent is waited for a second long, and again when it is back.
-GST_START_TEST(test_silent_depth_is_lost) {
+ELEMENT_TEST(test_silent_depth_is_lost) {
   for (const bool live : {true, false}) {
     Bench bench(live, "stream-time", true);
     GstBus* bus = gst_bus_new();
@@ -370,42 +362,11 @@ GST_START_TEST(test_silent_depth_is_lost) {
     bench.close();
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states(
       "filesrc location=" + write_messages("states.jsonl", 1000, 0.5) +
           " ! t.scene videotestsrc ! video/x-raw,format=GRAY16_LE ! t.depth videotestsrc ! "
           "trackstamp name=t scene-match=stream-time ! fakesink",
       20);
-}
-GST_END_TEST
-
-static Suite* trackstamp_depth_suite() {
-  Suite* suite = suite_create("trackstamp_depth");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 100);
-  tcase_add_test(tests, test_near_things_hide);
-  tcase_add_test(tests, test_without_measure_or_frames);
-  tcase_add_test(tests, test_frames_find_each_other);
-  tcase_add_test(tests, test_nearest_frame);
-  tcase_add_test(tests, test_live_frames_do_not_pile_up);
-  tcase_add_test(tests, test_files_wait_for_each_other);
-  tcase_add_test(tests, test_segment_that_is_done);
-  tcase_add_test(tests, test_timecodes_jump);
-  tcase_add_test(tests, test_silent_depth_is_lost);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  folder = std::filesystem::temp_directory_path() /
-           ("polyhull_trackstamp_depth" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  gst_check_init(&argc, &argv);
-  const int failures = gst_check_run_suite(trackstamp_depth_suite(), "trackstamp_depth", __FILE__);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
 }

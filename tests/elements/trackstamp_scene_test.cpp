@@ -13,6 +13,8 @@
 #include <thread>
 
 #include "camera_announced.h"
+#include "element_test.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -22,7 +24,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t ms = GST_MSECOND;
-std::filesystem::path folder;
+const Folder folder;
 
 /// The message of a camera \p number metres from the scene's origin and a lamp as bright.
 json message(int number) {
@@ -126,7 +128,7 @@ struct Bench {
 
 }  // namespace
 
-GST_START_TEST(test_each_frame_has_its_message_by_timecode) {
+ELEMENT_TEST(test_each_frame_has_its_message_by_timecode) {
   Bench bench("timecode");
   fail_unless_equals_int(bench.send_at(0, "10:00:00:23"), 0);  // nothing has come yet
   // In no order that matters.
@@ -144,10 +146,9 @@ GST_START_TEST(test_each_frame_has_its_message_by_timecode) {
   fail_unless_equals_uint64(bench.count("scene-messages-late"), 0);
   bench.close();
 }
-GST_END_TEST
 
 // The hour 0 follows the hour 23; and timecodes of 29.97 frames/s with and without dropping.
-GST_START_TEST(test_midnight) {
+ELEMENT_TEST(test_midnight) {
   for (const bool drops : {true, false}) {
     const char sign = drops ? ';' : ':';
     const auto code = [&](const char* begin, const char* end) {
@@ -166,9 +167,8 @@ GST_START_TEST(test_midnight) {
     bench.close();
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_delay_is_live) {
+ELEMENT_TEST(test_delay_is_live) {
   Bench bench("timecode");
   for (int i = 0; i < 9; ++i) bench.say(at_timecode(i + 1, "01:00:00:0" + std::to_string(i)));
   fail_unless_equals_int(bench.send_at(4, "01:00:00:04"), 5);
@@ -178,9 +178,8 @@ GST_START_TEST(test_delay_is_live) {
   fail_unless_equals_int(bench.send_at(6, "01:00:00:06"), 8);
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_by_clock) {
+ELEMENT_TEST(test_by_clock) {
   Bench bench("clock");
   constexpr std::int64_t begin = 1'700'000'000'000'000'000;
   const auto send = [&](int number, std::int64_t time) {
@@ -203,10 +202,9 @@ GST_START_TEST(test_by_clock) {
   fail_unless_equals_uint64(bench.count("frames-unmatchable"), 1);
   bench.close();
 }
-GST_END_TEST
 
 // As an RTP stream without a rate has it: a frame is as long as the one before.
-GST_START_TEST(test_frames_of_unknown_rate) {
+ELEMENT_TEST(test_frames_of_unknown_rate) {
   Bench bench("clock");
   gst_harness_set_src_caps_str(bench.harness,
                                "video/x-raw,format=GRAY8,width=64,height=48,framerate=0/1");
@@ -234,9 +232,8 @@ GST_START_TEST(test_frames_of_unknown_rate) {
   }
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_by_arrival) {
+ELEMENT_TEST(test_by_arrival) {
   Bench bench("arrival");
   bench.say(message(1), 10 * ms);
   fail_unless_equals_int(bench.send(bench.frame(1)), 1);
@@ -248,10 +245,9 @@ GST_START_TEST(test_by_arrival) {
   fail_unless_equals_int(bench.send(bench.frame(4)), 2);
   bench.close();
 }
-GST_END_TEST
 
 // tcpclientsrc gives no times: beside live video the messages hold from when they come.
-GST_START_TEST(test_by_arrival_without_times) {
+ELEMENT_TEST(test_by_arrival_without_times) {
   Bench bench("arrival", false);
   gst_harness_use_testclock(bench.harness);
   gst_harness_set_time(bench.harness, 50 * ms);
@@ -275,10 +271,9 @@ GST_START_TEST(test_by_arrival_without_times) {
   fail_unless(warnings_on(files.bus).at(0).find("scene-match=timecode") != std::string::npos);
   files.close();
 }
-GST_END_TEST
 
 // What it may wait for, and no more.
-GST_START_TEST(test_latency) {
+ELEMENT_TEST(test_latency) {
   for (const char* match : {"timecode", "arrival"}) {
     for (const bool with_depth : {false, true}) {
       Bench bench(match);
@@ -295,11 +290,10 @@ GST_START_TEST(test_latency) {
     }
   }
 }
-GST_END_TEST
 
 // Lines in a file, cut anywhere; they do not run away from the frames, and a seek takes them along.
-GST_START_TEST(test_file_along_with_the_video) {
-  const std::filesystem::path path = folder / "messages.jsonl";
+ELEMENT_TEST(test_file_along_with_the_video) {
+  const std::filesystem::path path = folder.file("messages.jsonl");
   {
     std::ofstream out(path);
     for (int i = 0; i < 100; ++i) {
@@ -312,7 +306,7 @@ GST_START_TEST(test_file_along_with_the_video) {
       "filesrc blocksize=777 location=" + path.string() +
       " ! t.scene videotestsrc num-buffers=100 ! video/x-raw,width=64,height=48,framerate=30/1 ! "
       "trackstamp name=t scene-match=stream-time ! fakesink sync=false");
-  GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  GstElement* element = named(pipeline, "t");
   CameraLog log;
   log_cameras(element, log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -329,13 +323,11 @@ GST_START_TEST(test_file_along_with_the_video) {
   gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND);
   fail_unless_equals_int(std::lround(log.frames.back().camera.centre().z), 31);
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(element);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
 // More lines than are kept, at once.
-GST_START_TEST(test_many_lines_in_one_buffer) {
+ELEMENT_TEST(test_many_lines_in_one_buffer) {
   Bench bench("stream-time", false, false);
   constexpr int count = 2500;
   std::string lines;
@@ -348,10 +340,9 @@ GST_START_TEST(test_many_lines_in_one_buffer) {
   fail_unless_equals_uint64(bench.count("frames-announced"), count);
   bench.close();
 }
-GST_END_TEST
 
 // A frame of live video waits for its message; a frame that has waited long enough goes on.
-GST_START_TEST(test_live_frame_waits) {
+ELEMENT_TEST(test_live_frame_waits) {
   Bench bench("timecode");
   g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
   fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), 10'030 * GST_MSECOND);
@@ -367,10 +358,9 @@ GST_START_TEST(test_live_frame_waits) {
   fail_unless_equals_uint64(bench.count("scene-messages-late"), 1);
   bench.close();
 }
-GST_END_TEST
 
 // One message of a far later time: frames wait for theirs as before.
-GST_START_TEST(test_message_of_another_time) {
+ELEMENT_TEST(test_message_of_another_time) {
   Bench bench("timecode");
   bench.say(at_timecode(1, "10:00:00:00"));
   bench.say(at_timecode(9, "15:00:00:00"));
@@ -384,10 +374,9 @@ GST_START_TEST(test_message_of_another_time) {
   fail_unless_equals_int(announced, 2);
   bench.close();
 }
-GST_END_TEST
 
 // The sender's timecode and the video's begin again: what holds is of the same turn.
-GST_START_TEST(test_live_timecode_begins_again) {
+ELEMENT_TEST(test_live_timecode_begins_again) {
   Bench bench("timecode");
   const auto code = [](int i) { return "10:00:0" + std::to_string(i) + ":00"; };
   for (int i = 0; i < 5; ++i) {
@@ -405,10 +394,9 @@ GST_START_TEST(test_live_timecode_begins_again) {
   }
   bench.close();
 }
-GST_END_TEST
 
 // Lines and video jump to an earlier hour, or to a later one, and back to the one where they were.
-GST_START_TEST(test_file_whose_timecode_jumps) {
+ELEMENT_TEST(test_file_whose_timecode_jumps) {
   const auto code = [](int i) {
     const int hours[] = {10, 1, 10, 15};
     char text[64];
@@ -440,9 +428,8 @@ GST_START_TEST(test_file_whose_timecode_jumps) {
   fail_unless_equals_uint64(bench.count("frames-announced"), count);
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_flush_ends_the_waiting) {
+ELEMENT_TEST(test_flush_ends_the_waiting) {
   Bench bench("timecode", false, false);
   std::thread frame([&] {
     GstBuffer* buffer = bench.frame(0);
@@ -461,10 +448,9 @@ GST_START_TEST(test_flush_ends_the_waiting) {
   fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 4);
   bench.close();
 }
-GST_END_TEST
 
 // A seek goes to the messages first: a frame of before comes among those from the begin again.
-GST_START_TEST(test_frame_of_before_a_seek) {
+ELEMENT_TEST(test_frame_of_before_a_seek) {
   Bench bench("stream-time", false, false);
   for (int i = 0; i < 20; ++i) bench.say(at_stream_time(i + 1, 40 * ms * i));
   gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
@@ -477,9 +463,8 @@ GST_START_TEST(test_frame_of_before_a_seek) {
   for (int i = 3; i < 20; ++i) fail_unless_equals_int(bench.send(bench.frame(i)), i + 1);
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_silence_is_said_once) {
+ELEMENT_TEST(test_silence_is_said_once) {
   // As udpsrc gives them, and as tcpclientsrc does, which does not say that it is live.
   for (const bool live : {true, false}) {
     Bench bench("timecode", live);
@@ -497,10 +482,9 @@ GST_START_TEST(test_silence_is_said_once) {
     bench.close();
   }
 }
-GST_END_TEST
 
 // Of a sender that does not say that it is live, messages ahead by mistake wait, and nothing holds.
-GST_START_TEST(test_messages_of_a_later_time) {
+ELEMENT_TEST(test_messages_of_a_later_time) {
   Bench bench("timecode", false);
   bench.say(at_timecode(1, "11:00:00:00"));
   fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 0);
@@ -512,10 +496,9 @@ GST_START_TEST(test_messages_of_a_later_time) {
   fail_unless(warning.find("holds 3599.0 s later") != std::string::npos, "%s", warning.c_str());
   bench.close();
 }
-GST_END_TEST
 
 // A datagram is a message, whatever came before it.
-GST_START_TEST(test_datagrams_are_messages) {
+ELEMENT_TEST(test_datagrams_are_messages) {
   Bench bench("timecode");
   GSocketAddress* sender = g_inet_socket_address_new_from_string("127.0.0.1", 40000);
   const auto datagram = [&](const std::string& bytes) {
@@ -539,10 +522,9 @@ GST_START_TEST(test_datagrams_are_messages) {
   g_object_unref(sender);
   bench.close();
 }
-GST_END_TEST
 
 // A sender that forgets the line feeds is there; it is told what is missing.
-GST_START_TEST(test_messages_without_line_feeds) {
+ELEMENT_TEST(test_messages_without_line_feeds) {
   Bench bench("timecode");
   const std::string said = at_timecode(1, "10:00:00:00").dump();
   fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 0);
@@ -554,10 +536,9 @@ GST_START_TEST(test_messages_without_line_feeds) {
               "%s", warning.c_str());
   bench.close();
 }
-GST_END_TEST
 
 // Whatever comes: said, counted, and what held goes on.
-GST_START_TEST(test_what_is_no_message) {
+ELEMENT_TEST(test_what_is_no_message) {
   Bench bench("timecode");
   bench.say(at_timecode(7, "10:00:00:00"));
   json wrong_version = at_timecode(1, "10:00:00:01");
@@ -598,10 +579,9 @@ GST_START_TEST(test_what_is_no_message) {
   fail_unless_equals_uint64(bench.count("scene-messages"), 1);
   bench.close();
 }
-GST_END_TEST
 
 // The track's camera stands before the messages'; scene-file before the scene that they name.
-GST_START_TEST(test_track_and_file_go_before) {
+ELEMENT_TEST(test_track_and_file_go_before) {
   Bench bench("timecode");
   PosePusher poses(bench.element, true);
   poses.begin();
@@ -617,10 +597,9 @@ GST_START_TEST(test_track_and_file_go_before) {
   fail_unless(bench.log.announced.scene == "builtin:another");
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
-  const std::filesystem::path path = folder / "states.jsonl";
+ELEMENT_TEST(test_states) {
+  const std::filesystem::path path = folder.file("states.jsonl");
   std::ofstream out(path);
   for (int i = 0; i < 3000; ++i) out << line(at_stream_time(i + 1, 40 * ms * i));
   out.close();
@@ -631,47 +610,4 @@ GST_START_TEST(test_states) {
       "udpsrc port=0 ! t.scene videotestsrc is-live=true ! timecodestamper ! trackstamp name=t ! "
       "fakesink",
       6);
-}
-GST_END_TEST
-
-static Suite* trackstamp_scene_suite() {
-  Suite* suite = suite_create("trackstamp_scene");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 100);
-  tcase_add_test(tests, test_each_frame_has_its_message_by_timecode);
-  tcase_add_test(tests, test_midnight);
-  tcase_add_test(tests, test_delay_is_live);
-  tcase_add_test(tests, test_by_clock);
-  tcase_add_test(tests, test_frames_of_unknown_rate);
-  tcase_add_test(tests, test_by_arrival);
-  tcase_add_test(tests, test_by_arrival_without_times);
-  tcase_add_test(tests, test_latency);
-  tcase_add_test(tests, test_file_along_with_the_video);
-  tcase_add_test(tests, test_many_lines_in_one_buffer);
-  tcase_add_test(tests, test_live_frame_waits);
-  tcase_add_test(tests, test_message_of_another_time);
-  tcase_add_test(tests, test_live_timecode_begins_again);
-  tcase_add_test(tests, test_file_whose_timecode_jumps);
-  tcase_add_test(tests, test_flush_ends_the_waiting);
-  tcase_add_test(tests, test_frame_of_before_a_seek);
-  tcase_add_test(tests, test_silence_is_said_once);
-  tcase_add_test(tests, test_messages_of_a_later_time);
-  tcase_add_test(tests, test_datagrams_are_messages);
-  tcase_add_test(tests, test_messages_without_line_feeds);
-  tcase_add_test(tests, test_what_is_no_message);
-  tcase_add_test(tests, test_track_and_file_go_before);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  folder = std::filesystem::temp_directory_path() /
-           ("polyhull_trackstamp_scene" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  gst_check_init(&argc, &argv);
-  const int failures = gst_check_run_suite(trackstamp_scene_suite(), "trackstamp_scene", __FILE__);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
 }

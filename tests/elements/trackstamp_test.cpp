@@ -4,10 +4,11 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <filesystem>
 #include <thread>
 
 #include "camera_announced.h"
+#include "element_test.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -15,7 +16,7 @@ using namespace polyhull::test;
 namespace {
 
 constexpr std::int64_t ms = GST_MSECOND;
-std::filesystem::path folder;
+const Folder folder;
 
 /// trackstamp fed by hand: frames of 64x48 of a live source that is 30 ms late, and poses.
 struct Bench {
@@ -50,26 +51,18 @@ struct Bench {
   CameraLog log;
 };
 
-GstEvent* announcement_of(const Announcement& announcement) {
-  return gst_event_new_custom(
-      GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-      gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                        announcement_to_json(announcement).c_str(), nullptr));
-}
-
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("trackstamp");
 }
-GST_END_TEST
 
-GST_START_TEST(test_each_frame_has_its_camera) {
+ELEMENT_TEST(test_each_frame_has_its_camera) {
   GstElement* pipeline = parse(
-      "tracksrc location=" + record_motion(folder / "a.pcap", 7 * ms, 200) +
+      "tracksrc location=" + record_motion(folder.file("a.pcap"), 7 * ms, 200) +
       " ! t.track videotestsrc num-buffers=30 ! video/x-raw,width=64,height=48,framerate=25/1 ! "
       "trackstamp name=t ! fakesink sync=false");
-  GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  GstElement* element = named(pipeline, "t");
   CameraLog log;
   log_cameras(element, log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -92,13 +85,11 @@ GST_START_TEST(test_each_frame_has_its_camera) {
   fail_unless_equals_uint64(log.frames.back().time, 600 * ms);
   expect_place(log.frames.back().camera, {0.6, -3, 0.3});
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(element);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
 // A frame waits for the pose after it; frames of a tenth of a hertz leave a busy machine its time.
-GST_START_TEST(test_live_frame_waits_for_its_pose) {
+ELEMENT_TEST(test_live_frame_waits_for_its_pose) {
   Bench bench("1/10");
   bench.poses.push(0.0, 0);
   std::thread frame([&] { fail_unless_equals_int(bench.push(500 * ms), GST_FLOW_OK); });
@@ -110,10 +101,9 @@ GST_START_TEST(test_live_frame_waits_for_its_pose) {
   fail_unless_equals_uint64(statistic(bench.element, "frames-ahead"), 0);
   bench.close();
 }
-GST_END_TEST
 
 // A pose that nothing can be drawn with is left out; it does not end the stream.
-GST_START_TEST(test_unusable_poses) {
+ELEMENT_TEST(test_unusable_poses) {
   Bench bench("100/1");
   bench.poses.push(0.3, 0);
   fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
@@ -139,9 +129,8 @@ GST_START_TEST(test_unusable_poses) {
   expect_place(bench.log.frames.back().camera, {0.7, -3, 0.3});
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_pixel_aspect) {
+ELEMENT_TEST(test_pixel_aspect) {
   Bench bench("25/1, pixel-aspect-ratio=(fraction)16/15");
   bench.poses.push(0.3, 0);
   fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
@@ -149,10 +138,9 @@ GST_START_TEST(test_pixel_aspect) {
   fail_unless(std::abs(camera.K[1][1] / camera.K[0][0] - 16.0 / 15.0) < 1e-12);
   bench.close();
 }
-GST_END_TEST
 
 // Where none comes, the frame goes on with the last one: a frame later, not more.
-GST_START_TEST(test_live_frame_goes_on_without_a_pose) {
+ELEMENT_TEST(test_live_frame_goes_on_without_a_pose) {
   Bench bench("100/1");
   fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
   fail_unless_equals_int(bench.log.frames[0].camera.width, 0);  // nothing is known yet
@@ -172,9 +160,8 @@ GST_START_TEST(test_live_frame_goes_on_without_a_pose) {
   fail_unless_equals_uint64(statistic(bench.element, "frames-tracked"), 2);
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_latency) {
+ELEMENT_TEST(test_latency) {
   // Of the later of the two, and a frame more.
   const struct {
     bool live;
@@ -188,10 +175,9 @@ GST_START_TEST(test_latency) {
     bench.close();
   }
 }
-GST_END_TEST
 
 // A frame that has waited for something else is not kept any longer than until its own latency.
-GST_START_TEST(test_waits_do_not_add_up) {
+ELEMENT_TEST(test_waits_do_not_add_up) {
   constexpr GstClockTime hour = 3600 * GST_SECOND;
   Bench bench("25/1", true, hour);
   fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), hour + 40 * ms);
@@ -200,9 +186,8 @@ GST_START_TEST(test_waits_do_not_add_up) {
   fail_unless_equals_int(bench.log.frames.size(), 1);
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_another_rate_is_another_latency) {
+ELEMENT_TEST(test_another_rate_is_another_latency) {
   Bench bench("25/1");
   bench.push(0);
   fail_unless_equals_int(latencies_told(bench.bus), 1);
@@ -215,15 +200,14 @@ GST_START_TEST(test_another_rate_is_another_latency) {
   fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), 50 * ms);
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_scene_of_upstream_stays) {
+ELEMENT_TEST(test_scene_of_upstream_stays) {
   Bench bench("100/1");
   Announcement upstream;
   upstream.viewport = look_at({0, 1, 3}, {0, 1, 0}, 40, 64, 48);
   upstream.scene = "builtin:room";
   upstream.exposure = 0.5f;
-  gst_harness_push_event(bench.harness, announcement_of(upstream));
+  gst_harness_push_event(bench.harness, announcement_event(announcement_to_json(upstream)));
   bench.push(0);
   fail_unless(bench.log.frames[0].camera == upstream.viewport);
   bench.poses.push(0.3, 0);
@@ -236,18 +220,14 @@ GST_START_TEST(test_scene_of_upstream_stays) {
   bench.push(20 * ms);
   fail_unless(std::abs(bench.log.frames[2].camera.K[1][1] - 24.0) < 1e-9);
   // What is none is counted, and what was said before stays.
-  gst_harness_push_event(bench.harness,
-                         gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                                              gst_structure_new("polyhull-announcement", "json",
-                                                                G_TYPE_STRING, "{", nullptr)));
+  gst_harness_push_event(bench.harness, announcement_event("{"));
   fail_unless_equals_uint64(statistic(bench.element, "announcements-unusable"), 1);
   bench.push(30 * ms);
   fail_unless(bench.log.announced.scene == "builtin:room");
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_flush_ends_the_waiting) {
+ELEMENT_TEST(test_flush_ends_the_waiting) {
   Bench bench("1/100");
   bench.poses.push(0.0, 0);
   std::thread frame([&] { fail_unless_equals_int(bench.push(500 * ms), GST_FLOW_FLUSHING); });
@@ -266,10 +246,9 @@ GST_START_TEST(test_flush_ends_the_waiting) {
   fail_unless_equals_uint64(statistic(bench.element, "frames-untimed"), 1);
   bench.close();
 }
-GST_END_TEST
 
 // A seek goes to the track first: a frame of before comes among poses from the begin again.
-GST_START_TEST(test_frame_of_before_a_seek) {
+ELEMENT_TEST(test_frame_of_before_a_seek) {
   for (const bool works : {true, false}) {
     GstElement* element = gst_element_factory_make("trackstamp", nullptr);
     GstHarness* harness = gst_harness_new_with_element(element, "sink", "src");
@@ -334,10 +313,9 @@ GST_START_TEST(test_frame_of_before_a_seek) {
     gst_harness_teardown(harness);
   }
 }
-GST_END_TEST
 
 // FreeD does not tell the lens's distortion, and OpenTrackIO need not.
-GST_START_TEST(test_distortion_where_the_track_tells_none) {
+ELEMENT_TEST(test_distortion_where_the_track_tells_none) {
   Bench bench("100/1");
   g_object_set(bench.element, "distortion-k1", -0.2, "distortion-p2", 0.01, nullptr);
   bench.poses.push(0.3, 0);
@@ -351,10 +329,9 @@ GST_START_TEST(test_distortion_where_the_track_tells_none) {
   fail_unless(bench.log.announced.viewport.distortion == message.pose.distortion);
   bench.close();
 }
-GST_END_TEST
 
 // With a scene beside the track a frame without a pose of its own keeps the tracked camera, too.
-GST_START_TEST(test_tracked_camera_stays_beside_a_scene) {
+ELEMENT_TEST(test_tracked_camera_stays_beside_a_scene) {
   Bench bench("100/1");
   g_object_set(bench.element, "scene-wait", guint64{0}, nullptr);
   PosePusher scene(bench.element, true, 0, "scene");
@@ -383,23 +360,21 @@ GST_START_TEST(test_tracked_camera_stays_beside_a_scene) {
   expect_place(bench.log.announced.viewport, {0.3, -3, 0.3});
   bench.close();
 }
-GST_END_TEST
 
-GST_START_TEST(test_what_is_no_video_is_refused) {
+ELEMENT_TEST(test_what_is_no_video_is_refused) {
   const std::string said = run_to_end(
       "tracksrc port=0 num-buffers=1 ! t.track audiotestsrc num-buffers=1 ! trackstamp "
       "name=t ! fakesink");
   fail_unless(said.find("width and height") != std::string::npos, "%s", said.c_str());
 }
-GST_END_TEST
 
 // What is live and has never said anything holds up no frame of video that is not.
-GST_START_TEST(test_silent_inputs_are_not_waited_for) {
+ELEMENT_TEST(test_silent_inputs_are_not_waited_for) {
   for (const char* pad : {"track", "scene", "depth"}) {
     GstElement* pipeline = parse(std::string("udpsrc port=0 ! t.") + pad +
                                  " videotestsrc num-buffers=3 ! trackstamp name=t "
                                  "scene-match=stream-time ! fakesink name=sink sync=false");
-    GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+    GstElement* sink = named(pipeline, "sink");
     std::atomic<int> came{0};
     g_object_set(sink, "signal-handoffs", TRUE, nullptr);
     g_signal_connect(
@@ -410,53 +385,14 @@ GST_START_TEST(test_silent_inputs_are_not_waited_for) {
     for (int i = 0; i < 2000 && came < 3; ++i) g_usleep(10000);
     fail_unless(came == 3, "%s: %d frames came", pad, came.load());
     gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(sink);
     gst_object_unref(pipeline);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
-  check_states("tracksrc location=" + record_motion(folder / "states.pcap", 10 * ms, 500) +
+ELEMENT_TEST(test_states) {
+  check_states("tracksrc location=" + record_motion(folder.file("states.pcap"), 10 * ms, 500) +
                    " ! t.track videotestsrc ! trackstamp name=t ! fakesink",
                20);
   check_states("tracksrc port=0 ! t.track videotestsrc is-live=true ! trackstamp name=t ! fakesink",
                6);
-}
-GST_END_TEST
-
-static Suite* trackstamp_suite() {
-  Suite* suite = suite_create("trackstamp");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 100);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_each_frame_has_its_camera);
-  tcase_add_test(tests, test_live_frame_waits_for_its_pose);
-  tcase_add_test(tests, test_unusable_poses);
-  tcase_add_test(tests, test_pixel_aspect);
-  tcase_add_test(tests, test_live_frame_goes_on_without_a_pose);
-  tcase_add_test(tests, test_latency);
-  tcase_add_test(tests, test_waits_do_not_add_up);
-  tcase_add_test(tests, test_another_rate_is_another_latency);
-  tcase_add_test(tests, test_scene_of_upstream_stays);
-  tcase_add_test(tests, test_flush_ends_the_waiting);
-  tcase_add_test(tests, test_frame_of_before_a_seek);
-  tcase_add_test(tests, test_distortion_where_the_track_tells_none);
-  tcase_add_test(tests, test_tracked_camera_stays_beside_a_scene);
-  tcase_add_test(tests, test_what_is_no_video_is_refused);
-  tcase_add_test(tests, test_silent_inputs_are_not_waited_for);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  folder =
-      std::filesystem::temp_directory_path() / ("polyhull_trackstamp" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  gst_check_init(&argc, &argv);
-  const int failures = gst_check_run_suite(trackstamp_suite(), "trackstamp", __FILE__);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
 }

@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "camera_announced.h"
+#include "element_test.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -17,7 +19,7 @@ using namespace polyhull::test;
 namespace {
 
 constexpr std::int64_t ms = GST_MSECOND;
-std::filesystem::path folder;
+const Folder folder;
 
 /// The timecode of frame \p number of 25 a second, from 10 o'clock on.
 Timecode code(int number) {
@@ -95,8 +97,8 @@ void expect_near(double found, double truth) {
 }  // namespace
 
 // Packets of the recommended minimum, which tells no other time, that come in bursts and late.
-GST_START_TEST(test_each_frame_has_its_pose) {
-  const std::filesystem::path path = folder / "uneven.pcap";
+ELEMENT_TEST(test_each_frame_has_its_pose) {
+  const std::filesystem::path path = folder.file("uneven.pcap");
   constexpr int count = 100;
   {
     std::mt19937 random(4);
@@ -118,7 +120,7 @@ GST_START_TEST(test_each_frame_has_its_pose) {
         " ! video/x-raw,width=64,height=48,framerate=25/1 ! timecodestamper ! trackstamp name=t "
         "track-match=timecode track-delay=" +
         std::to_string(delay * 40 * ms) + " ! fakesink sync=false");
-    GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+    GstElement* element = named(pipeline, "t");
     CameraLog log;
     log_cameras(element, log);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -132,15 +134,13 @@ GST_START_TEST(test_each_frame_has_its_pose) {
     fail_unless_equals_uint64(statistic(element, "frames-tracked"), count);
     fail_unless_equals_uint64(statistic(element, "poses-untimed"), 0);
     gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(element);
     gst_object_unref(pipeline);
   }
 }
-GST_END_TEST
 
 // tracksrc's smoothing makes poses late by half of it, which their timecodes do not know.
-GST_START_TEST(test_smoothed_poses) {
-  const std::filesystem::path path = folder / "smooth.pcap";
+ELEMENT_TEST(test_smoothed_poses) {
+  const std::filesystem::path path = folder.file("smooth.pcap");
   {
     PacketRecorder recorder(path.string(), 55555);
     for (int i = 0; i < 100; ++i) {
@@ -154,7 +154,7 @@ GST_START_TEST(test_smoothed_poses) {
       "tracksrc smoothing=240000000 location=" + path.string() +
       " ! t.track videotestsrc num-buffers=80 ! video/x-raw,width=64,height=48,framerate=25/1 "
       "! timecodestamper ! trackstamp name=t track-match=timecode ! fakesink sync=false");
-  GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  GstElement* element = named(pipeline, "t");
   CameraLog log;
   log_cameras(element, log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -162,23 +162,20 @@ GST_START_TEST(test_smoothed_poses) {
   for (std::size_t i = 10; i < 80; ++i)
     expect_place(log.frames[i].camera, {0.01 * static_cast<double>(i), -3, 0.3});
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(element);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
 // Poses that are quicker than the video are there before its first frame has told how it counts.
-GST_START_TEST(test_poses_before_the_first_frame) {
+ELEMENT_TEST(test_poses_before_the_first_frame) {
   Bench bench;
   for (int i = 0; i < 5; ++i) bench.pose(code(i), 0.1 * i);
   expect_near(bench.send(code(2)), 0.2);
   bench.close();
 }
-GST_END_TEST
 
 // Over the minute where 29.97 leaves numbers out, and over midnight. Who does not tell whether it does
 // counts as the video.
-GST_START_TEST(test_dropped_numbers_and_midnight) {
+ELEMENT_TEST(test_dropped_numbers_and_midnight) {
   for (const bool drops : {true, false}) {
     for (const bool told : {true, false}) {
       for (const bool midnight : {true, false}) {
@@ -206,10 +203,9 @@ GST_START_TEST(test_dropped_numbers_and_midnight) {
     }
   }
 }
-GST_END_TEST
 
 // Several under one timecode: the first is the frame's; the others lie between it and the next.
-GST_START_TEST(test_more_poses_than_frames) {
+ELEMENT_TEST(test_more_poses_than_frames) {
   const auto between = [](bool parts) {
     Bench bench;
     bench.send(code(0));
@@ -236,11 +232,10 @@ GST_START_TEST(test_more_poses_than_frames) {
   for (int i = 0; i < 3; ++i) expect_near(bench.send(code(i)), 4 * i);
   bench.close();
 }
-GST_END_TEST
 
 // One wrong timecode changes nothing; a jump holds from the second pose on, and for frames of before
 // the jump the poses of before do.
-GST_START_TEST(test_timecode_jumps) {
+ELEMENT_TEST(test_timecode_jumps) {
   Bench bench;
   bench.send(code(0));
   for (int i = 0; i < 10; ++i) bench.pose(code(i), i);
@@ -258,10 +253,9 @@ GST_START_TEST(test_timecode_jumps) {
   fail_unless_equals_uint64(bench.count("track-losses"), 0);
   bench.close();
 }
-GST_END_TEST
 
 // Of a file: held until a frame has come, a second ahead at most, also over a jump; a seek goes along.
-GST_START_TEST(test_file_along_with_the_video) {
+ELEMENT_TEST(test_file_along_with_the_video) {
   Bench bench(false, false);
   const auto label = [](int i) { return code(i < 100 ? i : i + 5000); };
   std::atomic<int> pushed{0};
@@ -280,10 +274,9 @@ GST_START_TEST(test_file_along_with_the_video) {
   file.join();
   bench.close();
 }
-GST_END_TEST
 
 // Whatever tells no timecode, or that of another clock: counted and said.
-GST_START_TEST(test_what_does_not_tell) {
+ELEMENT_TEST(test_what_does_not_tell) {
   Bench bench;
   bench.send(code(0));
   bench.poses.push(0.5, 0);
@@ -308,10 +301,9 @@ GST_START_TEST(test_what_does_not_tell) {
   fail_unless_equals_uint64(bench.count("track-losses"), 2);
   bench.close();
 }
-GST_END_TEST
 
 // Live: poses may be matched otherwise from now on; a delay that asks for later ones makes frames wait.
-GST_START_TEST(test_settings_are_live) {
+ELEMENT_TEST(test_settings_are_live) {
   Bench bench;
   bench.send(code(0));
   bench.pose(code(1), 1, 500 * ms);
@@ -325,34 +317,4 @@ GST_START_TEST(test_settings_are_live) {
   bench.pose(code(8), 8, 650 * ms);
   expect_near(bench.send(code(1), false, 595 * ms), 7.5);
   bench.close();
-}
-GST_END_TEST
-
-static Suite* trackstamp_timecode_suite() {
-  Suite* suite = suite_create("trackstamp_timecode");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 100);
-  tcase_add_test(tests, test_each_frame_has_its_pose);
-  tcase_add_test(tests, test_smoothed_poses);
-  tcase_add_test(tests, test_poses_before_the_first_frame);
-  tcase_add_test(tests, test_dropped_numbers_and_midnight);
-  tcase_add_test(tests, test_more_poses_than_frames);
-  tcase_add_test(tests, test_timecode_jumps);
-  tcase_add_test(tests, test_file_along_with_the_video);
-  tcase_add_test(tests, test_what_does_not_tell);
-  tcase_add_test(tests, test_settings_are_live);
-  return suite;
-}
-
-int main(int argc, char** argv) {
-  folder = std::filesystem::temp_directory_path() /
-           ("polyhull_trackstamp_timecode" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  gst_check_init(&argc, &argv);
-  const int failures =
-      gst_check_run_suite(trackstamp_timecode_suite(), "trackstamp_timecode", __FILE__);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
 }

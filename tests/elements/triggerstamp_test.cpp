@@ -28,8 +28,7 @@ std::string refusal(const std::string& line) {
   std::string text = "it was not refused";
   if (gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
     text = wait_for_end(pipeline, GST_SECOND);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   return text;
 }
 
@@ -39,13 +38,12 @@ void expect_in(const std::string& text, const char* part) {
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("triggerstamp");
 }
-GST_END_TEST
 
 // Every pulse of a busy machine has its frame, and every frame its pulse's number.
-GST_START_TEST(test_one_to_one_under_load) {
+ELEMENT_TEST(test_one_to_one_under_load) {
   std::atomic<bool> stop{false};
   std::vector<std::thread> load;
   for (int i = 0; i < 4; ++i)
@@ -82,10 +80,9 @@ GST_START_TEST(test_one_to_one_under_load) {
   stop = true;
   for (std::thread& thread : load) thread.join();
 }
-GST_END_TEST
 
 // Frames that are lost, sent twice or stray in: nothing is shifted, all is counted.
-GST_START_TEST(test_lost_repeated_and_stray_frames) {
+ELEMENT_TEST(test_lost_repeated_and_stray_frames) {
   TriggeredOptions options;
   options.trigger = "rate=50/1 pulse=1000000";
   options.stamp = "delay=3000000 window=4000000";
@@ -120,15 +117,14 @@ GST_START_TEST(test_lost_repeated_and_stray_frames) {
   expect_in(words, "has two frames");
   expect_in(words, "answers to no pulse: it has to come 3.0 to 7.0 ms after one");
 }
-GST_END_TEST
 
 // rigtestsrc numbers its frames itself.
-GST_START_TEST(test_numbers_of_the_source_are_not_earned) {
+ELEMENT_TEST(test_numbers_of_the_source_are_not_earned) {
   const Terminal terminal;
   GstElement* pipeline = parse("serialtrigger rate=0/1 device=" + terminal.device +
                                " rigtestsrc num-buffers=3 ! triggerstamp ! fakesink name=sink "
                                "signal-handoffs=true");
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  GstElement* sink = named(pipeline, "sink");
   int frames = 0;
   g_signal_connect(
       sink, "handoff", G_CALLBACK(+[](GstElement*, GstBuffer* buffer, GstPad*, gpointer data) {
@@ -136,17 +132,14 @@ GST_START_TEST(test_numbers_of_the_source_are_not_earned) {
         fail_unless(gst_buffer_get_reference_timestamp_meta(buffer, nullptr) == nullptr);
       }),
       &frames);
-  gst_object_unref(sink);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
   fail_unless_equals_int(frames, 3);
 }
-GST_END_TEST
 
 // A camera that says nothing has no frames for its pulses, and `stats` says so.
-GST_START_TEST(test_silent_camera) {
+ELEMENT_TEST(test_silent_camera) {
   TriggeredOptions options;
   options.trigger = "rate=50/1 pulse=1000000";
   options.frames = [](int, std::uint64_t) { return 0; };
@@ -158,10 +151,9 @@ GST_START_TEST(test_silent_camera) {
   fail_unless_equals_uint64(statistic(line.element("stamp0"), "pulses-unanswered"), line.pulses());
   fail_unless(line.frames(0).empty());
 }
-GST_END_TEST
 
 // A window longer than the time between pulses earns no number.
-GST_START_TEST(test_ambiguous_window) {
+ELEMENT_TEST(test_ambiguous_window) {
   TriggeredOptions options;
   options.trigger = "rate=50/1 pulse=1000000";
   options.stamp = "delay=0 window=45000000";
@@ -172,10 +164,9 @@ GST_START_TEST(test_ambiguous_window) {
   fail_unless(numbered(line.frames(0)) <= 2);  // the first have one pulse before them
   fail_unless(statistic(line.element("stamp0"), "frames-ambiguous") >= 18);
 }
-GST_END_TEST
 
 // With fire-on=composited each set that leaves brings the next pulse; one lost is got over.
-GST_START_TEST(test_fires_when_the_last_set_has_left) {
+ELEMENT_TEST(test_fires_when_the_last_set_has_left) {
   TriggeredOptions options;
   options.trigger = "rate=100/1 pulse=1000000 fire-on=composited listen-to=last timeout=200000000";
   options.frames = [](int, std::uint64_t pulse) { return pulse == 10 ? 0 : 1; };
@@ -194,10 +185,9 @@ GST_START_TEST(test_fires_when_the_last_set_has_left) {
   const auto frames = line.frames(0);
   fail_unless(numbered(frames) >= 29);
 }
-GST_END_TEST
 
 // The composite of the pipeline is found, and each set that it shows brings a pulse.
-GST_START_TEST(test_fires_when_a_set_was_composited) {
+ELEMENT_TEST(test_fires_when_a_set_was_composited) {
   const Terminal terminal;
   std::string text =
       "serialtrigger name=trigger rate=0/1 fire-on=composited timeout=20000000000 "
@@ -210,8 +200,8 @@ GST_START_TEST(test_fires_when_a_set_was_composited) {
     text += std::string(" rigtestsrc num-buffers=4 camera=") + camera +
             " ! video/x-raw,framerate=10/1 ! queue ! silhouette camera=" + camera + " ! hull.";
   GstElement* pipeline = parse(text);
-  GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
-  GstElement* trigger = gst_bin_get_by_name(GST_BIN(pipeline), "trigger");
+  GstElement* mix = named(pipeline, "mix");
+  GstElement* trigger = named(pipeline, "trigger");
   std::atomic<guint64> sets{0};
   g_signal_connect(mix, "composited", G_CALLBACK(+[](GstElement*, guint64, gpointer data) {
                      ++*static_cast<std::atomic<guint64>*>(data);
@@ -226,14 +216,11 @@ GST_START_TEST(test_fires_when_a_set_was_composited) {
   fail_unless(pulses == 4 || pulses == 5, "%" G_GUINT64_FORMAT " pulses", pulses);
   fail_unless_equals_uint64(statistic(trigger, "timeouts"), 0);
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(mix);
-  gst_object_unref(trigger);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
 // As fast as the rate allows, no faster.
-GST_START_TEST(test_rate_limits_what_follows) {
+ELEMENT_TEST(test_rate_limits_what_follows) {
   TriggeredOptions options;
   options.trigger = "rate=40/1 pulse=1000000 fire-on=composited listen-to=sink0";
   TriggeredLine line(options);
@@ -243,9 +230,8 @@ GST_START_TEST(test_rate_limits_what_follows) {
   fail_unless(g_get_monotonic_time() - begin >= 20 * 25000 - 1000);
   fail_unless_equals_uint64(statistic(line.element("trigger"), "timeouts"), 0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_refusals) {
+ELEMENT_TEST(test_refusals) {
   const Terminal terminal, other;
   const std::string trigger = "serialtrigger device=" + terminal.device + " ";
   expect_in(refusal("videotestsrc ! triggerstamp ! fakesink"), "no serialtrigger in the pipeline");
@@ -256,34 +242,11 @@ GST_START_TEST(test_refusals) {
   expect_in(refusal(trigger + "fire-on=composited videotestsrc ! fakesink"),
             "no composite in the pipeline");
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   const Terminal terminal;
   check_states("serialtrigger device=" + terminal.device +
                    " fire-on=composited listen-to=stamp videotestsrc num-buffers=2 ! triggerstamp "
                    "name=stamp ! fakesink",
                15);
 }
-GST_END_TEST
-
-static Suite* triggerstamp_suite() {
-  Suite* suite = suite_create("triggerstamp");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 60);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_one_to_one_under_load);
-  tcase_add_test(tests, test_lost_repeated_and_stray_frames);
-  tcase_add_test(tests, test_numbers_of_the_source_are_not_earned);
-  tcase_add_test(tests, test_silent_camera);
-  tcase_add_test(tests, test_ambiguous_window);
-  tcase_add_test(tests, test_fires_when_the_last_set_has_left);
-  tcase_add_test(tests, test_fires_when_a_set_was_composited);
-  tcase_add_test(tests, test_rate_limits_what_follows);
-  tcase_add_test(tests, test_refusals);
-  tcase_add_test(tests, test_states);
-  return suite;
-}
-
-GST_CHECK_MAIN(triggerstamp)

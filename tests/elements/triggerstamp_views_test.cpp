@@ -6,12 +6,10 @@
 #include <map>
 #include <string>
 
-#include "support/terminal.h"
-#include "wire/mesh_payload.h"
-
-// gst-check's macros take names that the above uses.
 #include "element_checks.h"
 #include "gdp_stream.h"
+#include "support/terminal.h"
+#include "wire/mesh_payload.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -25,6 +23,7 @@ const Packet& recorded() {
       record_before_checks("rigtestsrc camera=cam0 num-buffers=1 ! silhouette camera=cam0");
   return stream.payloads.front();
 }
+const bool is_recorded = before_cases([] { recorded(); });
 
 struct Pulse {
   std::uint64_t number;
@@ -43,7 +42,7 @@ Pulse next_pulse(GstBus* bus) {
     gst_message_unref(message);
     if (pulse) return {number, static_cast<std::int64_t>(time)};
   }
-  fail("no pulse came");
+  ck_abort_msg("no pulse came");
   return {};
 }
 
@@ -94,7 +93,7 @@ struct Stamped {
 
 }  // namespace
 
-GST_START_TEST(test_numbers) {
+ELEMENT_TEST(test_numbers) {
   Stamped line;
   View view = read_view(Bytes(recorded()));
   view.trigger = 77;  // the capture machine's own
@@ -132,10 +131,9 @@ GST_START_TEST(test_numbers) {
   view.pixels = {};
   line.expect(view, pulse.number);
 }
-GST_END_TEST
 
 // What is no view is left out, and the stream goes on.
-GST_START_TEST(test_unusable) {
+ELEMENT_TEST(test_unusable) {
   Stamped line;
   View view = read_view(Bytes(recorded()));
   line.push({1, 2, 3});
@@ -153,10 +151,9 @@ GST_START_TEST(test_unusable) {
   wait_for_statistic(packed.stamp, "views-unusable", 1);
   expect_warning(packed.bus, "Put viewdecode in front");
 }
-GST_END_TEST
 
 // Cameras of capture machines, over TCP: the server's sets meet by the numbers of its own pulses.
-GST_START_TEST(test_over_the_network) {
+ELEMENT_TEST(test_over_the_network) {
   constexpr int cameras = 3;
   std::string captures, clients;
   for (int i = 0; i < cameras; ++i) {
@@ -225,17 +222,3 @@ GST_START_TEST(test_over_the_network) {
   gst_object_unref(far);
   gst_object_unref(near);
 }
-GST_END_TEST
-
-static Suite* triggerstamp_views_suite() {
-  recorded();
-  Suite* suite = suite_create("triggerstamp-views");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_add_test(tests, test_numbers);
-  tcase_add_test(tests, test_unusable);
-  tcase_add_test(tests, test_over_the_network);
-  return suite;
-}
-
-GST_CHECK_MAIN(triggerstamp_views);

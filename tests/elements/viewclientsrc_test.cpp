@@ -8,6 +8,7 @@
 
 #include "element_checks.h"
 #include "gdp_stream.h"
+#include "support/folder.h"
 #include "view_client.h"
 
 using namespace polyhull;
@@ -23,6 +24,7 @@ const GdpStream& recorded() {
   static const GdpStream stream = record_before_checks(views);
   return stream;
 }
+const bool is_recorded = before_cases([] { recorded(); });
 
 void expect_frames(Client& client, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i)
@@ -64,12 +66,11 @@ Packet forged(std::size_t at, std::uint8_t value) {
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("viewclientsrc");
 }
-GST_END_TEST
 
-GST_START_TEST(test_same_bytes) {
+ELEMENT_TEST(test_same_bytes) {
   const std::string packed = std::string(views) + " ! viewencode coding=zstd";
   const std::pair<std::string, const char*> senders[] = {
       {views, ""}, {views, "crc-payload=true"}, {views, "crc-header=false"}, {packed, ""}};
@@ -92,9 +93,8 @@ GST_START_TEST(test_same_bytes) {
     fail_unless_equals_uint64(statistic(client.source, "ends-of-sender"), 1);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_cut_and_back) {
+ELEMENT_TEST(test_cut_and_back) {
   const Packet head = recorded().head();
   const auto frame = [](std::size_t i) { return recorded().packets[recorded().frames[i]]; };
   const Sender sender([&](int number, Accepted& accepted) {
@@ -128,9 +128,8 @@ GST_START_TEST(test_cut_and_back) {
   fail_unless_equals_uint64(connected.size(), 2);
   fail_unless(!connected[0] && connected[1]);
 }
-GST_END_TEST
 
-GST_START_TEST(test_refused) {
+ELEMENT_TEST(test_refused) {
   check_refused(Packet(200, 'x'), "refused-packets", "data protocol 1.0");
   check_refused(with_byte(recorded().bytes(), 7, 1), "refused-packets", "checksum is wrong");
   check_refused(forged(5, 7), "refused-packets", "of kind 7");
@@ -146,18 +145,16 @@ GST_START_TEST(test_refused) {
   g_object_set(client.source, "max-packet", guint64{1 << 24}, nullptr);
   expect_frames(client, 0, 6);
 }
-GST_END_TEST
 
-GST_START_TEST(test_refused_formats) {
+ELEMENT_TEST(test_refused_formats) {
   const GdpStream video =
       record_stream("videotestsrc num-buffers=2 ! video/x-raw,width=32,height=16");
   check_refused(video.bytes(), "refused-formats", "neither views nor meshes");
   check_refused(recorded().packets[recorded().frames[0]], "refused-formats", "before its format");
 }
-GST_END_TEST
 
 // GStreamer keeps each name that it reads for good: those of strangers are not given to it.
-GST_START_TEST(test_names_of_strangers) {
+ELEMENT_TEST(test_names_of_strangers) {
   const std::string good = "framerate=(fraction)25/1", bad = "never-met=(string)abcdef";
   Packet bytes = recorded().bytes();
   const auto at = std::search(bytes.begin(), bytes.end(), good.begin(), good.end());
@@ -166,10 +163,9 @@ GST_START_TEST(test_names_of_strangers) {
   check_refused(bytes, "refused-formats", "neither views nor meshes");
   fail_unless(g_quark_try_string("never-met") == 0);
 }
-GST_END_TEST
 
 // What is no frame in a packet that is one is dropped, and the connection stays.
-GST_START_TEST(test_forged_frames) {
+ELEMENT_TEST(test_forged_frames) {
   const Sender sender([&](int, Accepted& accepted) {
     accepted.send(recorded().head());
     Packet frame = recorded().packets[recorded().frames[0]];
@@ -184,7 +180,6 @@ GST_START_TEST(test_forged_frames) {
   fail_unless_equals_uint64(statistic(client.source, "cuts"), 0);
   client.expect_warning("is dropped");
 }
-GST_END_TEST
 
 /// The head, then \p view's packet, then a frame that is let through: the view is refused, with
 /// \p words, and the connection stays.
@@ -209,7 +204,7 @@ void check_frame_refused(const View& view, const std::string& properties, const 
 }
 
 // What would cost those that follow their time or memory, or is another camera's, is dropped here.
-GST_START_TEST(test_limits_of_frames) {
+ELEMENT_TEST(test_limits_of_frames) {
   const ReadView first{recorded().payloads[0], {}};
   View other = read_view(Bytes(first.bytes));
   other.camera = "cam1";
@@ -229,10 +224,9 @@ GST_START_TEST(test_limits_of_frames) {
   check_frame_refused(large, "max-unpacked=1000000",
                       "pixels are 1048576 bytes, and 1000000 are allowed by max-unpacked");
 }
-GST_END_TEST
 
 // Packed pixels count as what becomes of them.
-GST_START_TEST(test_limit_of_packed_pixels) {
+ELEMENT_TEST(test_limit_of_packed_pixels) {
   const GdpStream packed = record_stream(std::string(views) + " ! viewencode coding=zstd");
   const Sender sender([&](int, Accepted& accepted) {
     accepted.send(packed.bytes());
@@ -243,10 +237,9 @@ GST_START_TEST(test_limit_of_packed_pixels) {
   client.wait_for("refused-frames", packed.frames.size());
   fail_unless_equals_uint64(statistic(client.source, "frames"), 0);
 }
-GST_END_TEST
 
 // Meshes where views are wanted are refused here, before what takes views ends the stream.
-GST_START_TEST(test_meshes_where_views_are_wanted) {
+ELEMENT_TEST(test_meshes_where_views_are_wanted) {
   const std::string words = "x-polyhull-mesh";
   Packet head = recorded().head();
   const std::string view = "x-polyhull-view";
@@ -261,7 +254,7 @@ GST_START_TEST(test_meshes_where_views_are_wanted) {
   GstElement* pipeline =
       parse("viewclientsrc name=client retry=20000000 timeout=20000000000 max-age=0 port=" +
             std::to_string(sender.port()) + " ! queue ! viewdecode ! appsink name=sink sync=false");
-  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "client");
+  GstElement* source = named(pipeline, "client");
   GstBus* bus = gst_element_get_bus(pipeline);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   wait_for_statistic(source, "frames", recorded().frames.size());
@@ -269,13 +262,11 @@ GST_START_TEST(test_meshes_where_views_are_wanted) {
   expect_warning(bus, "it brings application/x-polyhull-mesh");
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(bus);
-  gst_object_unref(source);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
 // Packets without end are cut off, by their number and by their bytes.
-GST_START_TEST(test_floods) {
+ELEMENT_TEST(test_floods) {
   const Packet head = recorded().head();
   std::atomic<bool> flood = true;
   const auto script = [&](const Packet& packet) {
@@ -304,10 +295,9 @@ GST_START_TEST(test_floods) {
   g_object_set(client.sink, "drop", TRUE, "max-buffers", 1, nullptr);
   client.wait_for("refused-rates", 2);
 }
-GST_END_TEST
 
 // Who connects and says nothing is left, as is who says too little.
-GST_START_TEST(test_half_open) {
+ELEMENT_TEST(test_half_open) {
   recorded();
   const Sender sender([&](int number, Accepted& accepted) {
     if (number == 1) accepted.send(Bytes(recorded().packets[0]).first(30));
@@ -320,9 +310,8 @@ GST_START_TEST(test_half_open) {
   expect_frames(client, 0, 6);
   client.expect_warning("no whole frame came for 100 ms");
 }
-GST_END_TEST
 
-GST_START_TEST(test_nobody_answers) {
+ELEMENT_TEST(test_nobody_answers) {
   int port = 0;
   {
     const Sender gone([](int, Accepted&) {});
@@ -336,10 +325,9 @@ GST_START_TEST(test_nobody_answers) {
   const guint64 before = statistic(client.source, "connections-failed");
   client.wait_for("connections-failed", before + 50);
 }
-GST_END_TEST
 
 // Frames by the pipeline's own clock: fresh ones pass, old ones are dropped, those of another clock pass.
-GST_START_TEST(test_age) {
+ELEMENT_TEST(test_age) {
   const Packet frame = recorded().packets[recorded().frames[0]];
   const ReadView first{recorded().payloads[0], {}};
   const View view = read_view(Bytes(first.bytes));
@@ -379,15 +367,12 @@ GST_START_TEST(test_age) {
   fail_unless_equals_uint64(statistic(client.source, "frames-of-another-clock"), 2);
   client.expect_warning("different ones");
 }
-GST_END_TEST
 
 // Meshes, too; and the hull over three wires is the hull in one process, byte for byte.
-GST_START_TEST(test_hull_over_the_wire) {
+ELEMENT_TEST(test_hull_over_the_wire) {
   constexpr int cameras = 4;
-  gchar* folder = g_dir_make_tmp("polyhull-views-XXXXXX", nullptr);
-  const auto file = [&](int camera) {
-    return std::string(folder) + "/" + std::to_string(camera) + ".gdp";
-  };
+  const Folder folder;
+  const auto file = [&](int camera) { return folder.file(std::to_string(camera) + ".gdp"); };
   std::string process = "hullbuild name=h ";
   for (int i = 0; i < cameras; ++i) {
     const std::string n = std::to_string(i);
@@ -406,14 +391,11 @@ GST_START_TEST(test_hull_over_the_wire) {
     fail_unless(g_file_get_contents(file(i).c_str(), &content, &size, nullptr));
     const Packet bytes(content, content + size);
     g_free(content);
-    g_unlink(file(i).c_str());
     senders.push_back(
         std::make_unique<Sender>([bytes](int, Accepted& accepted) { accepted.send(bytes); }));
     wire += "viewclientsrc max-age=0 timeout=100000000000 end-with-sender=true port=" +
             std::to_string(senders.back()->port()) + " ! queue ! h. ";
   }
-  g_rmdir(folder);
-  g_free(folder);
   const GdpStream there = record_stream(wire + "h.");
   fail_unless_equals_uint64(here.payloads.size(), 4);
   // A live hullbuild may give up sets on a busy machine; what it makes is the same, in order.
@@ -430,10 +412,9 @@ GST_START_TEST(test_hull_over_the_wire) {
     fail_unless(client.next() == here.payloads[i], "hull %zu differs after its own wire", i);
   fail_unless(client.next().empty());
 }
-GST_END_TEST
 
 // Events come, frames do not.
-GST_START_TEST(test_events_are_no_frames) {
+ELEMENT_TEST(test_events_are_no_frames) {
   const Sender sender([&](int number, Accepted& accepted) {
     if (number > 0) {
       accepted.send(recorded().bytes());
@@ -446,10 +427,9 @@ GST_START_TEST(test_events_are_no_frames) {
   g_object_set(client.source, "timeout", 100 * GST_SECOND, nullptr);
   expect_frames(client, 0, recorded().payloads.size());
 }
-GST_END_TEST
 
 // Whatever it waits for, the states change at once.
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   const Sender silent([](int, Accepted& accepted) { accepted.wait_for_cut(); });
   const std::string end = " timeout=1000000000000 retry=1000000000000 ! fakesink async=false";
   check_states("viewclientsrc port=" + std::to_string(silent.port()) + end);
@@ -461,9 +441,8 @@ GST_START_TEST(test_states) {
   check_states("viewclientsrc max-age=0 port=" + std::to_string(sender.port()) +
                " retry=1000000 ! fakesink");
 }
-GST_END_TEST
 
-GST_START_TEST(test_pause) {
+ELEMENT_TEST(test_pause) {
   std::atomic<std::size_t> wanted = 1;
   const Sender sender([&](int, Accepted& accepted) {
     accepted.send(recorded().head());
@@ -481,25 +460,22 @@ GST_START_TEST(test_pause) {
     wanted = i + 2;
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_settings) {
+ELEMENT_TEST(test_bad_settings) {
   const auto refusal = [](const std::string& properties) {
     GstElement* pipeline = parse("viewclientsrc " + properties + " ! fakesink");
     fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PLAYING),
                            GST_STATE_CHANGE_FAILURE);
     const std::string text = wait_for_end(pipeline, GST_SECOND);
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
+    stop(pipeline);
     return text;
   };
   fail_unless(refusal("host=\"\"").find("host is empty") != std::string::npos);
   fail_unless(refusal("settings=" + std::string(4001, 'x')).find("4001 bytes") !=
               std::string::npos);
 }
-GST_END_TEST
 
-GST_START_TEST(test_latency) {
+ELEMENT_TEST(test_latency) {
   const Sender silent([](int, Accepted& accepted) { accepted.wait_for_cut(); });
   Client client(silent.port(), "latency=30000000");
   GstQuery* query = gst_query_new_latency();
@@ -510,35 +486,3 @@ GST_START_TEST(test_latency) {
   fail_unless(live && least == 30 * GST_MSECOND);
   gst_query_unref(query);
 }
-GST_END_TEST
-
-static Suite* viewclientsrc_suite() {
-  recorded();
-  Suite* suite = suite_create("viewclientsrc");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 110);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_same_bytes);
-  tcase_add_test(tests, test_cut_and_back);
-  tcase_add_test(tests, test_refused);
-  tcase_add_test(tests, test_refused_formats);
-  tcase_add_test(tests, test_names_of_strangers);
-  tcase_add_test(tests, test_forged_frames);
-  tcase_add_test(tests, test_limits_of_frames);
-  tcase_add_test(tests, test_limit_of_packed_pixels);
-  tcase_add_test(tests, test_meshes_where_views_are_wanted);
-  tcase_add_test(tests, test_floods);
-  tcase_add_test(tests, test_half_open);
-  tcase_add_test(tests, test_nobody_answers);
-  tcase_add_test(tests, test_age);
-  tcase_add_test(tests, test_hull_over_the_wire);
-  tcase_add_test(tests, test_events_are_no_frames);
-  tcase_add_test(tests, test_states);
-  tcase_add_test(tests, test_pause);
-  tcase_add_test(tests, test_bad_settings);
-  tcase_add_test(tests, test_latency);
-  return suite;
-}
-
-GST_CHECK_MAIN(viewclientsrc)

@@ -2,16 +2,15 @@
 // viewencode and viewdecode: what comes out is what went in, whatever lies between.
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "wire/view_payload.h"
 
-// gst-check's macros take names that the above uses.
 #include <gst/check/gstharness.h>
 
 #include "element_checks.h"
+#include "support/folder.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -31,7 +30,7 @@ std::string bytes_of(GstBuffer* buffer) {
 /// What a line's fakesink `out` gets.
 std::vector<std::string> outputs(const std::string& line) {
   GstElement* pipeline = parse(line);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "out");
+  GstElement* sink = named(pipeline, "out");
   g_object_set(sink, "signal-handoffs", TRUE, nullptr);
   std::vector<std::string> seen;
   g_signal_connect(
@@ -43,7 +42,6 @@ std::vector<std::string> outputs(const std::string& line) {
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(sink);
   gst_object_unref(pipeline);
   return seen;
 }
@@ -51,39 +49,35 @@ std::vector<std::string> outputs(const std::string& line) {
 /// Five instants of three cameras, recorded: their capture times are the same each time.
 struct Take {
   Take() {
-    char name[] = "/tmp/polyhull_coding_XXXXXX";
-    folder = mkdtemp(name);
-    std::string line = "takesink name=t location=" + folder + "/views.take ";
+    std::string line = "takesink name=t location=" + folder.path + "/views.take ";
     for (const char* number : {"0", "1", "2"})
       line += std::string("rigtestsrc camera=cam") + number +
               " num-buffers=5 ! video/x-raw,framerate=25/1 ! silhouette camera=cam" + number +
               " ! t.sink_" + number + " ";
     check_ended(run_to_end(line));
   }
-  ~Take() { std::filesystem::remove_all(folder); }
 
   std::string hulls(const std::string& between) const {
-    std::string line = "takesrc name=t location=" + folder +
+    std::string line = "takesrc name=t location=" + folder.path +
                        "/views.take hullbuild name=h ! hulltexture ! fakesink name=out ";
     for (const char* number : {"0", "1", "2"})
       line += std::string("t.src_") + number + " ! " + between + " queue ! h. ";
     return line;
   }
 
-  std::string folder;
+  Folder folder;
 };
 
 constexpr char camera[] = "rigtestsrc camera=cam0 num-buffers=6 ! silhouette camera=cam0 ! ";
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("viewencode");
   check_documented("viewdecode");
 }
-GST_END_TEST
 
-GST_START_TEST(test_hulls_and_colours_are_the_same) {
+ELEMENT_TEST(test_hulls_and_colours_are_the_same) {
   const Take take;
   const auto plain = outputs(take.hulls(""));
   fail_unless_equals_int(plain.size(), 5);
@@ -96,9 +90,8 @@ GST_START_TEST(test_hulls_and_colours_are_the_same) {
       fail_unless(plain[i] == packed[i], "%s: hull %zu", coding, i);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_packed_views_are_smaller) {
+ELEMENT_TEST(test_packed_views_are_smaller) {
   const auto size = [](const std::string& coding) {
     std::size_t sum = 0;
     for (const std::string& view :
@@ -111,9 +104,8 @@ GST_START_TEST(test_packed_views_are_smaller) {
               100 * jpeg / raw);
   fail_unless(lz4 < 0.85 * raw && zstd < 0.6 * raw && jpeg < 0.3 * raw);
 }
-GST_END_TEST
 
-GST_START_TEST(test_hullbuild_says_what_is_missing) {
+ELEMENT_TEST(test_hullbuild_says_what_is_missing) {
   const Take take;
   GstElement* pipeline = parse(take.hulls("viewencode coding=zstd !"));
   GstBus* bus = gst_element_get_bus(pipeline);
@@ -126,12 +118,10 @@ GST_START_TEST(test_hullbuild_says_what_is_missing) {
   g_error_free(said);
   gst_message_unref(message);
   gst_object_unref(bus);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
+  stop(pipeline);
 }
-GST_END_TEST
 
-GST_START_TEST(test_coding_changes_while_it_plays) {
+ELEMENT_TEST(test_coding_changes_while_it_plays) {
   GstHarness* harness = gst_harness_new_parse("viewencode name=e coding=none ! viewdecode name=d");
   gst_harness_set_src_caps_str(harness, view_caps);
   GstElement* encoder = gst_harness_find_element(harness, "viewencode");
@@ -180,9 +170,8 @@ GST_START_TEST(test_coding_changes_while_it_plays) {
   gst_object_unref(decoder);
   gst_harness_teardown(harness);
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_input) {
+ELEMENT_TEST(test_bad_input) {
   for (const char* element : {"viewencode", "viewdecode"}) {
     GstHarness* harness = gst_harness_new(element);
     gst_harness_set_src_caps_str(harness, view_caps);
@@ -198,28 +187,9 @@ GST_START_TEST(test_bad_input) {
     gst_harness_teardown(harness);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states(std::string("rigtestsrc camera=cam0 ! silhouette camera=cam0 ! viewencode ! "
                            "viewdecode ! fakesink"),
                20);
 }
-GST_END_TEST
-
-static Suite* viewcoding_suite() {
-  Suite* suite = suite_create("viewcoding");
-  TCase* general = tcase_create("general");
-  tcase_set_timeout(general, 180);
-  suite_add_tcase(suite, general);
-  tcase_add_test(general, test_documented);
-  tcase_add_test(general, test_hulls_and_colours_are_the_same);
-  tcase_add_test(general, test_packed_views_are_smaller);
-  tcase_add_test(general, test_hullbuild_says_what_is_missing);
-  tcase_add_test(general, test_coding_changes_while_it_plays);
-  tcase_add_test(general, test_bad_input);
-  tcase_add_test(general, test_states);
-  return suite;
-}
-
-GST_CHECK_MAIN(viewcoding)

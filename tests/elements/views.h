@@ -3,7 +3,6 @@
 /// Reading the views that an element under test sends.
 #pragma once
 
-#include <gst/check/gstcheck.h>
 #include <gst/gst.h>
 
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "element_test.h"
 #include "mesh/view.h"
 #include "wire/view_payload.h"
 

@@ -15,6 +15,7 @@
 
 #include "element_checks.h"
 #include "gdp_stream.h"
+#include "support/folder.h"
 #include "support/run_kind.h"
 #include "view_client.h"
 
@@ -30,6 +31,7 @@ const GdpStream& recorded() {
       record_before_checks("rigtestsrc camera=cam0 num-buffers=6 ! silhouette camera=cam0");
   return stream;
 }
+const bool is_recorded = before_cases([] { recorded(); });
 
 /// A pipeline that serves the recorded views, one when the test says so.
 struct Server {
@@ -138,7 +140,7 @@ class RawClient {
                             gpointer) -> gboolean { return TRUE; };
     g_signal_connect(secured_, "accept-certificate", G_CALLBACK(accept), nullptr);
     if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured_), nullptr, &error))
-      fail("%s", error->message);
+      ck_abort_msg("%s", error->message);
   }
   /// How many bytes come until the server ends it.
   std::size_t read_all() {
@@ -172,20 +174,16 @@ class RawClient {
 class Keys {
  public:
   Keys() {
-    gchar* made = g_dir_make_tmp("polyhull-keys-XXXXXX", nullptr);
-    folder_ = made;
-    g_free(made);
-    run(script() + " " + folder_ + "/here left right server 10.0.0.8 10.0.0.9");
-    run(script() + " " + folder_ + "/there stranger");
+    run(script() + " " + folder_.file("here") + " left right server 10.0.0.8 10.0.0.9");
+    run(script() + " " + folder_.file("there") + " stranger");
   }
-  ~Keys() { run("rm -r " + folder_); }
 
   /// Properties that say who a machine is and whom it trusts.
   static std::string of(const std::string& machine, const std::string& who = "here",
                         const std::string& trusted = "here") {
     static const Keys keys;
-    return " tls-certificate=" + keys.folder_ + "/" + who + "/" + machine +
-           ".pem tls-authority=" + keys.folder_ + "/" + trusted + "/authority.pem ";
+    return " tls-certificate=" + keys.folder_.file(who) + "/" + machine +
+           ".pem tls-authority=" + keys.folder_.file(trusted) + "/authority.pem ";
   }
   /// What a client needs beside.
   static std::string client(const std::string& properties) {
@@ -204,17 +202,16 @@ class Keys {
         g_spawn_command_line_sync(line.c_str(), nullptr, nullptr, &status, nullptr) && status == 0,
         "%s", line.c_str());
   }
-  std::string folder_;
+  Folder folder_;
 };
 
 }  // namespace
 
-GST_START_TEST(test_documented) {
+ELEMENT_TEST(test_documented) {
   check_documented("viewserversink");
 }
-GST_END_TEST
 
-GST_START_TEST(test_same_bytes_for_two) {
+ELEMENT_TEST(test_same_bytes_for_two) {
   Server server;
   Client one(server.port());
   meet(server, one);
@@ -231,10 +228,9 @@ GST_START_TEST(test_same_bytes_for_two) {
   fail_unless(statistic(server.sink, "bytes") > 0);
   fail_unless_equals_uint64(statistic(one.source, "connections"), 1);
 }
-GST_END_TEST
 
 // Whoever comes gets the stream's head before any frame, however soon its thread runs.
-GST_START_TEST(test_head_first) {
+ELEMENT_TEST(test_head_first) {
   Server server;
   for (int i = 0; i < 40; ++i) {
     Client client(server.port());
@@ -245,9 +241,8 @@ GST_START_TEST(test_head_first) {
     server.push_until("clients-closed", static_cast<guint64>(i) + 1);
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_same_bytes_by_tls) {
+ELEMENT_TEST(test_same_bytes_by_tls) {
   Server server(Keys::of("left"));
   Client client(server.port(), Keys::client(Keys::of("server")));
   meet(server, client);
@@ -255,10 +250,9 @@ GST_START_TEST(test_same_bytes_by_tls) {
   fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
   fail_unless_equals_uint64(statistic(server.sink, "refused-keys"), 0);
 }
-GST_END_TEST
 
 // Whoever is not trusted gets nothing, and both ends say why; who is trusted misses nothing.
-GST_START_TEST(test_wrong_keys) {
+ELEMENT_TEST(test_wrong_keys) {
   Server server(Keys::of("left"));
   Client client(server.port(), Keys::client(Keys::of("server")));
   meet(server, client);
@@ -281,10 +275,9 @@ GST_START_TEST(test_wrong_keys) {
   server.expect_warning("tls-authority signs");
   fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
 }
-GST_END_TEST
 
 // Of those whose certificates are good, only the named are served: by their names and addresses.
-GST_START_TEST(test_clients_by_name) {
+ELEMENT_TEST(test_clients_by_name) {
   Server server(Keys::of("left") + "tls-clients=\"10.0.0.9, server\"");
   Client client(server.port(), Keys::client(Keys::of("server")));
   meet(server, client);
@@ -302,10 +295,9 @@ GST_START_TEST(test_clients_by_name) {
   server.push_until("clients-now", 2);
   fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
 }
-GST_END_TEST
 
 // One of the two has TLS, the other not.
-GST_START_TEST(test_tls_and_none) {
+ELEMENT_TEST(test_tls_and_none) {
   {
     Server server(Keys::of("left") + "timeout=1000000000");
     Client plain(server.port(), "max-age=0 timeout=3000000000");
@@ -326,10 +318,9 @@ GST_START_TEST(test_tls_and_none) {
   fail_unless_equals_uint64(statistic(secured.source, "refused-keys"), 0);
   fail_unless_equals_uint64(statistic(secured.source, "frames"), 0);
 }
-GST_END_TEST
 
 // A server that is full, or does not know the address, is not taken for one with other keys.
-GST_START_TEST(test_turned_away_by_tls) {
+ELEMENT_TEST(test_turned_away_by_tls) {
   {
     Server server(Keys::of("left") + "max-clients=1");
     Client one(server.port(), Keys::client(Keys::of("server")));
@@ -347,10 +338,9 @@ GST_START_TEST(test_turned_away_by_tls) {
   client.expect_warning("not in its allow");
   fail_unless_equals_uint64(statistic(client.source, "refused-keys"), 0);
 }
-GST_END_TEST
 
 // Connections that are reset, or that their own end leaves, before TLS has begun on them.
-GST_START_TEST(test_ended_before_tls) {
+ELEMENT_TEST(test_ended_before_tls) {
   const Sender sender([](int, Accepted& accepted) { accepted.reset_at_close(); });
   const std::string keys = Keys::client(Keys::of("server")) + "retry=1000000";
   Client client(sender.port(), keys);
@@ -361,10 +351,9 @@ GST_START_TEST(test_ended_before_tls) {
     g_usleep(75 * i);
   }
 }
-GST_END_TEST
 
 // Who draws out the handshake, a byte now and then, is left, too; and the states change at once.
-GST_START_TEST(test_handshake_drawn_out) {
+ELEMENT_TEST(test_handshake_drawn_out) {
   const Sender sender([](int, Accepted& accepted) {
     // The head of a TLS record, then its content.
     std::uint8_t byte[] = {0x16, 3, 3, 0x40, 0};
@@ -381,10 +370,9 @@ GST_START_TEST(test_handshake_drawn_out) {
   gst_element_set_state(client.pipeline, GST_STATE_READY);
   fail_unless(g_get_monotonic_time() - begin < 1'000'000);
 }
-GST_END_TEST
 
 // Thirty who say nothing keep nobody out, and are cut.
-GST_START_TEST(test_half_open) {
+ELEMENT_TEST(test_half_open) {
   Server server(Keys::of("left") + "max-clients=2 timeout=2000000000");
   std::vector<std::unique_ptr<RawClient>> silent;
   for (int i = 0; i < 30; ++i) silent.push_back(std::make_unique<RawClient>(server.port()));
@@ -394,10 +382,9 @@ GST_START_TEST(test_half_open) {
   server.push_until("handshakes-late", 30);
   fail_unless(statistic(server.sink, "clients-now") == 1);
 }
-GST_END_TEST
 
 // However many come from one address, they cut none that comes from another.
-GST_START_TEST(test_flood_of_one_address) {
+ELEMENT_TEST(test_flood_of_one_address) {
   Server server(Keys::of("left"));
   std::vector<std::unique_ptr<RawClient>> flood;
   const auto come = [&](int count) {
@@ -415,9 +402,8 @@ GST_START_TEST(test_flood_of_one_address) {
   meet(server, client);
   fail_unless_equals_uint64(statistic(client.source, "connections-failed"), 0);
 }
-GST_END_TEST
 
-GST_START_TEST(test_floods) {
+ELEMENT_TEST(test_floods) {
   const int connections = sanitized() ? 40 : 200;
   for (const std::string& properties : {std::string(), Keys::of("left")}) {
     Server server("max-clients=4 " + properties);
@@ -433,10 +419,9 @@ GST_START_TEST(test_floods) {
     fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
   }
 }
-GST_END_TEST
 
 // Who takes nothing is given up at once; the others miss nothing.
-GST_START_TEST(test_slow_client) {
+ELEMENT_TEST(test_slow_client) {
   for (const bool tls : {false, true}) {
     Server server("buffers-max=4 " + (tls ? Keys::of("left") : ""));
     Client client(server.port(), tls ? Keys::client(Keys::of("server")) : "max-age=0");
@@ -459,9 +444,8 @@ GST_START_TEST(test_slow_client) {
     fail_unless(longest < 20'000'000, "TLS %d: %d ms", tls, static_cast<int>(longest / 1000));
   }
 }
-GST_END_TEST
 
-GST_START_TEST(test_addresses) {
+ELEMENT_TEST(test_addresses) {
   {
     Server server("allow=\"10.0.0.0/8, 192.168.0.7\"");
     Client client(server.port());
@@ -474,9 +458,8 @@ GST_START_TEST(test_addresses) {
   meet(server, client);
   expect_frames(server, client, 5);
 }
-GST_END_TEST
 
-GST_START_TEST(test_most_clients) {
+ELEMENT_TEST(test_most_clients) {
   Server server("max-clients=1");
   Client one(server.port());
   meet(server, one);
@@ -487,10 +470,9 @@ GST_START_TEST(test_most_clients) {
   g_object_set(server.sink, "max-clients", 2, nullptr);
   server.push_until("clients-now", 2);
 }
-GST_END_TEST
 
 // Two who prove at once who they are have one place between them.
-GST_START_TEST(test_most_proven_clients) {
+ELEMENT_TEST(test_most_proven_clients) {
   Server server(Keys::of("left") + "max-clients=1");
   RawClient one(server.port()), two(server.port());
   two.prove(Keys::of("server"));
@@ -500,10 +482,9 @@ GST_START_TEST(test_most_proven_clients) {
   fail_unless_equals_uint64(statistic(server.sink, "clients-now"), 1);
   fail_unless_equals_uint64(statistic(server.sink, "clients"), 1);
 }
-GST_END_TEST
 
 // Those who are gone keep nobody out, though nothing is sent of which their going would be learnt.
-GST_START_TEST(test_gone_in_silence) {
+ELEMENT_TEST(test_gone_in_silence) {
   for (const bool tls : {false, true}) {
     Server server("max-clients=2 " + (tls ? Keys::of("left") : ""));
     for (guint64 i = 1; i <= 10; ++i) {
@@ -514,7 +495,6 @@ GST_START_TEST(test_gone_in_silence) {
     fail_unless_equals_uint64(statistic(server.sink, "refused-full"), 0);
   }
 }
-GST_END_TEST
 
 /// Until \p client's server has \p value for its element's property.
 void wait_for_property(Server& server, GstElement* element, const char* property, double value) {
@@ -525,11 +505,11 @@ void wait_for_property(Server& server, GstElement* element, const char* property
     server.push();
     g_usleep(10000);
   }
-  fail("%s is %g, not %g", property, found, value);
+  ck_abort_msg("%s is %g, not %g", property, found, value);
 }
 
 // Settings of those who have proved who they are reach the element that may have them.
-GST_START_TEST(test_settings_arrive) {
+ELEMENT_TEST(test_settings_arrive) {
   Server server(Keys::of("left") + "settings-for=blur");
   GstElement* blur = gst_element_factory_make("gaussblur", "blur");
   gst_object_ref(blur);
@@ -570,10 +550,9 @@ GST_START_TEST(test_settings_arrive) {
   gst_element_set_locked_state(blur, FALSE);
   gst_object_unref(blur);
 }
-GST_END_TEST
 
 // Clients reach no file, and no camera becomes another.
-GST_START_TEST(test_settings_reach_no_files) {
+ELEMENT_TEST(test_settings_reach_no_files) {
   Server server(Keys::of("left") + "settings-for=keyer");
   GstElement* keyer = gst_element_factory_make("silhouette", "keyer");
   g_object_set(keyer, "camera", "cam0", nullptr);
@@ -601,10 +580,9 @@ GST_START_TEST(test_settings_reach_no_files) {
   gst_element_set_locked_state(keyer, FALSE);
   gst_object_unref(keyer);
 }
-GST_END_TEST
 
 // Who says much is not heard for ever; empty lines say nothing.
-GST_START_TEST(test_settings_without_end) {
+ELEMENT_TEST(test_settings_without_end) {
   Server server(Keys::of("left") + "settings-for=server");
   const auto until_warnings_come_again = [] { g_usleep(1'100'000); };
   RawClient client(server.port());
@@ -624,10 +602,9 @@ GST_START_TEST(test_settings_without_end) {
   server.push_until("settings-refused", 3);
   server.expect_warning("a line of more than 4096 bytes");
 }
-GST_END_TEST
 
 // The end comes when all have all, however long the last of it is underway; and can be given up.
-GST_START_TEST(test_end_of_stream) {
+ELEMENT_TEST(test_end_of_stream) {
   for (const bool reads : {true, false}) {
     Server server;
     RawClient client(server.port());
@@ -653,27 +630,24 @@ GST_START_TEST(test_end_of_stream) {
     fail_if(reads && came < sum, "%zu of %zu bytes", came, sum);
   }
 }
-GST_END_TEST
 
 // What is set in READY holds.
-GST_START_TEST(test_set_when_ready) {
+ELEMENT_TEST(test_set_when_ready) {
   GstElement* pipeline = parse(
       "fakesrc num-buffers=1 ! application/x-gdp ! "
       "viewserversink name=server host=nobody allow=there");
   fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_READY),
                          GST_STATE_CHANGE_SUCCESS);
-  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "server");
+  GstElement* sink = named(pipeline, "server");
   g_object_set(sink, "host", "127.0.0.1", "port", 0, "allow", "", nullptr);
   fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
   check_ended(wait_for_end(pipeline));
   gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(sink);
   gst_object_unref(pipeline);
 }
-GST_END_TEST
 
 // A flood of strangers is none of messages.
-GST_START_TEST(test_messages_of_a_flood) {
+ELEMENT_TEST(test_messages_of_a_flood) {
   Server server("allow=10.0.0.1");
   const gint64 begin = g_get_monotonic_time();
   for (int i = 0; i < 200; ++i) RawClient stranger(server.port());
@@ -687,9 +661,8 @@ GST_START_TEST(test_messages_of_a_flood) {
   fail_unless(messages > 0 && messages <= 10 * seconds, "%d messages in %d s",
               static_cast<int>(messages), static_cast<int>(seconds));
 }
-GST_END_TEST
 
-GST_START_TEST(test_flush) {
+ELEMENT_TEST(test_flush) {
   Server server;
   Client client(server.port());
   meet(server, client);
@@ -702,23 +675,20 @@ GST_START_TEST(test_flush) {
   gst_object_unref(pad);
   expect_frames(server, client, 6);
 }
-GST_END_TEST
 
-GST_START_TEST(test_states) {
+ELEMENT_TEST(test_states) {
   check_states(
       "rigtestsrc camera=cam0 num-buffers=3 ! silhouette camera=cam0 ! gdppay ! "
       "viewserversink host=127.0.0.1 port=0");
 }
-GST_END_TEST
 
-GST_START_TEST(test_bad_settings) {
+ELEMENT_TEST(test_bad_settings) {
   const auto refusal = [](const std::string& properties) {
     GstElement* pipeline = parse("fakesrc ! application/x-gdp ! viewserversink " + properties);
     fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PLAYING),
                            GST_STATE_CHANGE_FAILURE);
     const std::string text = wait_for_end(pipeline, GST_SECOND);
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
+    stop(pipeline);
     return text;
   };
   const auto expect = [&](const std::string& properties, const char* words) {
@@ -733,10 +703,10 @@ GST_START_TEST(test_bad_settings) {
   expect("allow=10.0.0.0/99", "allow has '10.0.0.0/99'");
   expect("tls-authority=/nowhere.pem", "Only tls-authority is set");
   expect("tls-certificate=/nowhere.pem tls-authority=/nowhere.pem", "'/nowhere.pem'");
-  const std::string broken = std::string(g_get_tmp_dir()) + "/polyhull-broken.pem";
+  const Folder folder;
+  const std::string broken = folder.file("polyhull-broken.pem");
   std::ofstream(broken) << "-----BEGIN CERTIFICATE-----\nnone\n-----END CERTIFICATE-----\n";
   expect("tls-certificate=" + broken + " tls-authority=" + broken, "polyhull-broken.pem");
-  g_unlink(broken.c_str());
   expect("settings-for=keyer", "without TLS");
   expect("tls-clients=server", "without TLS");
   expect(Keys::of("left") + "tls-clients=\", \"", "names nobody");
@@ -746,42 +716,3 @@ GST_START_TEST(test_bad_settings) {
   const std::string authority = keys.substr(keys.find("tls-authority=") + 14);
   expect("tls-certificate=" + authority + "tls-authority=" + authority, "no private key");
 }
-GST_END_TEST
-
-static Suite* viewserversink_suite() {
-  recorded();
-  Suite* suite = suite_create("viewserversink");
-  TCase* tests = tcase_create("general");
-  suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 200);
-  tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_same_bytes_for_two);
-  tcase_add_test(tests, test_head_first);
-  tcase_add_test(tests, test_same_bytes_by_tls);
-  tcase_add_test(tests, test_wrong_keys);
-  tcase_add_test(tests, test_clients_by_name);
-  tcase_add_test(tests, test_tls_and_none);
-  tcase_add_test(tests, test_turned_away_by_tls);
-  tcase_add_test(tests, test_ended_before_tls);
-  tcase_add_test(tests, test_handshake_drawn_out);
-  tcase_add_test(tests, test_half_open);
-  tcase_add_test(tests, test_flood_of_one_address);
-  tcase_add_test(tests, test_floods);
-  tcase_add_test(tests, test_slow_client);
-  tcase_add_test(tests, test_addresses);
-  tcase_add_test(tests, test_most_clients);
-  tcase_add_test(tests, test_most_proven_clients);
-  tcase_add_test(tests, test_gone_in_silence);
-  tcase_add_test(tests, test_settings_arrive);
-  tcase_add_test(tests, test_settings_reach_no_files);
-  tcase_add_test(tests, test_settings_without_end);
-  tcase_add_test(tests, test_end_of_stream);
-  tcase_add_test(tests, test_set_when_ready);
-  tcase_add_test(tests, test_messages_of_a_flood);
-  tcase_add_test(tests, test_flush);
-  tcase_add_test(tests, test_states);
-  tcase_add_test(tests, test_bad_settings);
-  return suite;
-}
-
-GST_CHECK_MAIN(viewserversink);

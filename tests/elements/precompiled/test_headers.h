@@ -7,9 +7,9 @@
 #include <sstream>
 #include <thread>
 
-#include "lib/precompiled/headers.h"
-// Defines the macro fail, so after the standard library.
-#include <gst/check/gstcheck.h>
 #include <gst/check/gstharness.h>
 #include <gst/gst.h>
 #include <gst/video/video.h>
+#include "lib/precompiled/headers.h"
+
+#include "elements/element_test.h"
