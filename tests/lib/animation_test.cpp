@@ -105,7 +105,7 @@ class AnimatedFile : public SceneFile {
                     parallelogram("lamp", 1, {-0.5f, 3, -0.5f}, {1, 0, 0}, {0, 0, 1})};
     scene.cameras = {look_at({0, 2, 5}, {0, 0, 0}, 40, 1280, 720)};
     scene.cameras[0].name = "eye";
-    const std::string path = (folder_ / "box.glb").string();
+    const std::string path = folder_.file("box.glb");
     save_scene(scene, path);
     return path;
   }

@@ -9,6 +9,7 @@
 #include "raytrace/ray_caster.h"
 #include "scene/changes/scene_changes.h"
 #include "scene/scene.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -56,12 +57,7 @@ TEST(Apartment, ItsMirrorsAreTheFloorAndTheGlass) {
 TEST(Apartment, OtherNamesOfTheKindAreRefused) {
   EXPECT_TRUE(is_builtin_scene(""));
   EXPECT_FALSE(is_builtin_scene("room.glb"));
-  try {
-    open_scene("builtin:rom");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("builtin:apartment"), std::string::npos);
-  }
+  test::expect_refused([&] { open_scene("builtin:rom"); }, "builtin:apartment");
 }
 
 }  // namespace

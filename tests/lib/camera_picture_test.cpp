@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/thread_pool.h"
 #include "builtin/default_rig.h"
+#include "support/folder.h"
 
 namespace polyhull {
 namespace {
@@ -191,8 +192,8 @@ TEST(CameraPicture, ArmsOnHipsLeaveHoles) {
 /// The picture of a cube of few large triangles, coloured by position, does not show where they
 /// were split.
 TEST(CameraPicture, LargeTrianglesKeepTheirColours) {
-  const std::string path =
-      (std::filesystem::temp_directory_path() / "polyhull_wall_test.obj").string();
+  const test::Folder folder;
+  const std::string path = folder.file("wall.obj");
   std::ofstream(path)
       << "v -1 0 0 0 0 0\nv 1 0 0 1 0 0\nv 1 2 0 1 1 0\nv -1 2 0 0 1 0\nf 1 2 3\nf 1 3 4\n";
   Rig rig = default_rig();
@@ -222,7 +223,6 @@ TEST(CameraPicture, LargeTrianglesKeepTheirColours) {
     }
     EXPECT_GT(seen, 2000);
   }
-  std::filesystem::remove(path);
 }
 
 PictureLook studio() {

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 #include <string>
 
@@ -14,6 +13,8 @@
 #include "base/picture.h"
 #include "environment_picture.h"
 #include "raytrace/sampling.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -43,22 +44,14 @@ Vec3f turned(const Vec3f& v, double degrees) {
 
 class EnvironmentFileTest : public ::testing::Test {
  protected:
-  ~EnvironmentFileTest() override { std::filesystem::remove_all(folder_); }
   std::string write(const std::string& name, const std::string& bytes) const {
-    std::filesystem::create_directories(folder_);
-    return test::write_bytes((folder_ / name).string(), bytes);
+    return test::write_bytes(folder_.file(name), bytes);
   }
   /// What load_environment() says of \p bytes.
   std::string said(const std::string& bytes) const {
-    try {
-      load_environment(write("broken.hdr", bytes), 0.0);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "nothing";
+    return test::refusal_of([&] { load_environment(write("broken.hdr", bytes), 0.0); });
   }
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("polyhull_environment_" + std::to_string(getpid()));
+  const test::Folder folder_;
 };
 
 TEST_F(EnvironmentFileTest, HdrFilesAreReadPackedAndPlain) {
@@ -100,7 +93,7 @@ TEST_F(EnvironmentFileTest, WhatIsBrokenIsSaid) {
     return text.find(part) != std::string::npos ? ::testing::AssertionSuccess()
                                                 : ::testing::AssertionFailure() << text;
   };
-  EXPECT_TRUE(has(said(whole), "nothing"));
+  EXPECT_EQ(said(whole), "");
   for (std::size_t length = 2; length < whole.size(); ++length)
     ASSERT_TRUE(has(said(whole.substr(0, length)),
                     length < whole.find("+X 32\n") + 6 ? "readable" : "cut off"))
@@ -122,7 +115,7 @@ TEST_F(EnvironmentFileTest, WhatIsBrokenIsSaid) {
   EXPECT_TRUE(has(said(long_run), "holds more than its 16"));
   EXPECT_TRUE(has(said(hdr_bytes({16, 16, std::vector<Vec3f>(256)})), "twice as wide as high"));
   EXPECT_TRUE(has(said(hdr_bytes(even_environment(Vec3f(3e9f)))), "radiances from 0"));
-  EXPECT_THROW(load_environment((folder_ / "missing.hdr").string(), 0.0), Error);
+  EXPECT_THROW(load_environment(folder_.file("missing.hdr"), 0.0), Error);
   RadiancePicture no_number = even_environment(Vec3f(1.0f));
   no_number.pixels[70].y = std::nanf("");
   EXPECT_THROW(Environment(no_number, 0.0, "it"), Error);

@@ -14,6 +14,7 @@
 #include "base/thread_pool.h"
 #include "builtin/default_rig.h"
 #include "studio/figure/polygons/polygonise.h"
+#include "support/folder.h"
 
 namespace polyhull {
 namespace {
@@ -199,35 +200,31 @@ TEST(FileSubject, ReadsRealMeshes) {
 }
 
 TEST(FileSubject, RefusesWhatIsNoSubject) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / "polyhull_figure_test";
-  std::filesystem::create_directories(folder);
+  const test::Folder folder;
   const auto file = [&](const char* name, const char* text) {
     std::ofstream(folder / name) << text;
-    return (folder / name).string();
+    return folder.file(name);
   };
-  EXPECT_THROW(open_subject((folder / "none.obj").string()), Error);
+  EXPECT_THROW(open_subject(folder.file("none.obj")), Error);
   EXPECT_THROW(open_subject(file("empty.obj", "")), Error);
   EXPECT_THROW(open_subject(file("points.obj", "v 0 0 0\nv 1 0 0\n")), Error);
   EXPECT_THROW(open_subject(file("outside.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")), Error);
   EXPECT_THROW(open_subject(file("text.obj", "this is a letter, not a mesh\n")), Error);
   const auto open = open_subject(file("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   EXPECT_NE(open->warning().find("3 open edges"), std::string::npos) << open->warning();
-  std::filesystem::remove_all(folder);
 }
 
 TEST(FileSubject, FindsPicturesByTheNamesOfOtherSystems) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / "polyhull_figure_pictures";
+  const test::Folder folder;
   std::filesystem::create_directories(folder / "textures");
   save_picture({1, 1, 3, {255, 0, 0}}, (folder / "textures" / "skin.png").string());
-  save_picture({1, 1, 3, {0, 0, 255}}, (folder / "beside.png").string());
+  save_picture({1, 1, 3, {0, 0, 255}}, folder.file("beside.png"));
   std::ofstream(folder / "a.obj") << "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\n"
                                      "usemtl m\nf 1/1 3/1 2/1\nf 1/1 2/1 4/1\nf 1/1 4/1 3/1\n"
                                      "f 2/1 3/1 4/1\n";
   const auto colour = [&](const std::string& name) {
     std::ofstream(folder / "a.mtl") << "newmtl m\nKd 0 1 0\nmap_Kd " << name << "\n";
-    const auto subject = open_subject((folder / "a.obj").string());
+    const auto subject = open_subject(folder.file("a.obj"));
     return std::pair(subject->albedo(0, Vec3f(1, 0, 0), 0.01f), subject->warning());
   };
   const Vec3f red(1, 0, 0), blue(0, 0, 1);
@@ -236,19 +233,16 @@ TEST(FileSubject, FindsPicturesByTheNamesOfOtherSystems) {
   for (const char* name : {"C:\\Users\\me\\beside.png", "/home/me/beside.png", "beside.png"})
     EXPECT_EQ(colour(name), std::pair(blue, std::string())) << name;
   EXPECT_NE(colour("nowhere.png").second.find("nowhere.png"), std::string::npos);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(FileSubject, SaysWhichColoursAreMissing) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / "polyhull_figure_colours";
-  std::filesystem::create_directories(folder);
-  save_picture({1, 1, 3, {255, 0, 0}}, (folder / "skin.png").string());
+  const test::Folder folder;
+  save_picture({1, 1, 3, {255, 0, 0}}, folder.file("skin.png"));
   const auto open = [&](const std::string& mtl, const std::string& faces) {
     std::ofstream(folder / "a.obj")
         << "mtllib " << mtl << "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nusemtl m\n"
         << faces;
-    return open_subject((folder / "a.obj").string());
+    return open_subject(folder.file("a.obj"));
   };
   std::ofstream(folder / "a.mtl") << "newmtl m\nKd 0 1 0\nmap_Kd skin.png\n";
   std::ofstream(folder / "b.mtl") << "newmtl m\nmap_Kd nowhere.png\n";
@@ -267,19 +261,18 @@ TEST(FileSubject, SaysWhichColoursAreMissing) {
   const std::string two = open("b.mtl", "f 1/1 3/1 2/1\n")->warning();
   EXPECT_NE(two.find("nowhere.png"), std::string::npos) << two;
   EXPECT_NE(two.find("open edges"), std::string::npos) << two;
-  std::filesystem::remove_all(folder);
 }
 
 TEST(TruthMesh, ReadsBackAndNamesWhatFails) {
   const auto figure = open_subject("figure");
   const TruthMesh mesh = truth_mesh(*figure, default_rig(), 6.5);
-  const std::string path = (std::filesystem::temp_directory_path() / "polyhull_truth.obj").string();
+  const test::Folder folder;
+  const std::string path = folder.file("truth.obj");
   write_truth_mesh(mesh, path);
   const auto again = open_subject(path);
   EXPECT_EQ(again->warning(), "");
   EXPECT_EQ(again->vertex_count(), mesh.positions.size());
   EXPECT_EQ(again->triangles(), mesh.triangles);
-  std::filesystem::remove(path);
   EXPECT_THROW(write_truth_mesh(mesh, "/nowhere/at/all.ply"), Error);
   EXPECT_THROW(write_truth_mesh(mesh, "/tmp/mesh.xyz"), Error);
 }

@@ -9,10 +9,14 @@
 
 #include "builtin/shapes.h"
 #include "raytrace/light_store.h"
+#include "support/folder.h"
+#include "support/picture_error.h"
 #include "view/background.h"
 
 namespace polyhull {
 namespace {
+
+using synthetic::furthest;
 
 namespace fs = std::filesystem;
 
@@ -41,13 +45,6 @@ BackgroundOptions settings(bool progressive) {
   options.light.bounce_spacing = 0.1f;
   options.progressive = progressive;
   return options;
-}
-
-float furthest(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
-  float most = 0.0f;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(a[i][k] - b[i][k]));
-  return most;
 }
 
 /// Updates like frames until the light is exact, or for \p seconds.
@@ -97,9 +94,8 @@ TEST(GradualLight, BecomesTheExactLightWithoutJumps) {
 }
 
 TEST(GradualLight, OnlyTheExactLightIsKept) {
-  const fs::path folder =
-      fs::temp_directory_path() / ("polyhull_gradual_" + std::to_string(getpid()));
-  fs::remove_all(folder);
+  const test::Folder own;
+  const fs::path folder = own / "light";
   BackgroundOptions options = settings(true);
   options.light_folder = folder;
   Background background(small_scene(), options);
@@ -113,7 +109,6 @@ TEST(GradualLight, OnlyTheExactLightIsKept) {
   EXPECT_TRUE(again.light_was_kept());
   EXPECT_TRUE(again.light_is_exact());
   EXPECT_EQ(again.picture(), background.picture());
-  fs::remove_all(folder);
 }
 
 TEST(GradualLight, AMovedLampBeginsAnew) {

@@ -2,13 +2,13 @@
 #include "builtin/kept_pictures.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <string>
 
 #include "builtin/room.h"
 #include "builtin/room_textures.h"
+#include "support/folder.h"
 
 namespace polyhull {
 namespace {
@@ -17,12 +17,7 @@ namespace fs = std::filesystem;
 
 class KeptPictures : public testing::Test {
  protected:
-  ~KeptPictures() override {
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-  }
-  const fs::path folder =
-      fs::temp_directory_path() / ("polyhull-kept-pictures-" + std::to_string(getpid()));
+  const test::Folder folder;
   const fs::path path = folder / "some" / "room.pictures";
 };
 
@@ -84,12 +79,9 @@ TEST(RoomTextures, AreComputedAnewUnlessTheKeptOneIsTheSame) {
 }
 
 TEST(RoomTextures, OfTheRoomAreKept) {
-  const fs::path folder =
-      fs::temp_directory_path() / ("polyhull-kept-room-" + std::to_string(getpid()));
-  const Scene room = room_scene(folder);
+  const test::Folder folder;
+  const Scene room = room_scene(folder.path);
   const std::vector<Picture> kept = kept_pictures(folder / "room.pictures");
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
   ASSERT_EQ(kept.size(), room.textures.size());
   for (std::size_t i = 0; i < kept.size(); ++i) expect_same(kept[i], *room.textures[i]);
 }

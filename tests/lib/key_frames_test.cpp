@@ -4,13 +4,13 @@
 #include "scene/key_frames.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "base/error.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -116,12 +116,7 @@ constexpr char first[] =
     R"({"time": 0, "eye": [0, 1, 3], "target": [0, 1, 0], "field-of-view": 40})";
 
 std::string refusal(const std::string& text) {
-  try {
-    parse_key_frames(text, "move.json");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusal_of([&] { parse_key_frames(text, "move.json"); });
 }
 
 TEST(KeyFrameFiles, WhatIsLeftOutIsAsBefore) {
@@ -169,11 +164,10 @@ TEST(KeyFrameFiles, AreRefusedByTheirMember) {
 }
 
 TEST(KeyFrameFiles, SavedByAnySystem) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("polyhull_key_frames_" + std::to_string(getpid()) + ".json");
+  const test::Folder folder;
+  const std::string path = folder.file("move.json");
   std::ofstream(path, std::ios::binary) << "\xEF\xBB\xBF" + file(first) + "\r\n";
-  EXPECT_EQ(load_key_frames(path.string()).size(), 1u);
-  std::filesystem::remove(path);
+  EXPECT_EQ(load_key_frames(path).size(), 1u);
 }
 
 }  // namespace

@@ -10,10 +10,13 @@
 #include <vector>
 
 #include "builtin/shapes.h"
+#include "support/picture_error.h"
 #include "view/background.h"
 
 namespace polyhull {
 namespace {
+
+using synthetic::furthest;
 
 /// A box on a floor of which both sides are seen, before a mirror, under a lamp that is seen, a point and
 /// a spot; with \p more a sky and something else that glows.
@@ -62,13 +65,6 @@ std::vector<Vec3f> anew(const Scene& scene, const Lights& lights) {
   return background.picture();
 }
 
-float apart(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
-  float most = 0.0f;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(a[i][k] - b[i][k]));
-  return most;
-}
-
 /// The changes that are tried one after the other.
 const std::vector<std::function<void(Lights&)>>& changes() {
   static const std::vector<std::function<void(Lights&)>> all = {
@@ -95,7 +91,7 @@ void expect_the_light_computed_anew(const Scene& scene) {
     Lights lights = scene.lights;
     changes()[i](lights);
     EXPECT_EQ(background.update(camera, lights, 0.5f), Background::Work::drawn) << i;
-    EXPECT_LT(apart(background.picture(), anew(scene, lights)), 1e-5f) << i;  // rounding
+    EXPECT_LT(furthest(background.picture(), anew(scene, lights)), 1e-5f) << i;  // rounding
   }
 }
 
@@ -155,7 +151,8 @@ TEST(LampMixTest, BecomesExactWhileFramesFlow) {
   EXPECT_FALSE(background.refine(camera.height));
   at_once.update(camera, scene.lights, 0.5f);
   at_once.update(camera, lights, 0.5f);
-  EXPECT_LT(apart(background.picture(), at_once.picture()), 0.3f) << "near from the first frame on";
+  EXPECT_LT(furthest(background.picture(), at_once.picture()), 0.3f)
+      << "near from the first frame on";
   play(lights);
   EXPECT_EQ(background.picture(), at_once.picture());
 }

@@ -9,6 +9,8 @@
 
 #include "base/error.h"
 #include "builtin/shapes.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -35,16 +37,14 @@ Scene small_scene() {
 
 class LightStore : public ::testing::Test {
  protected:
-  LightStore() { fs::remove_all(folder); }
-  ~LightStore() override { fs::remove_all(folder); }
   fs::path only_file() const {
     EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
     return fs::directory_iterator(folder)->path();
   }
   std::unique_ptr<LightCache> load() const { return load_light(scene, options, folder); }
 
-  const fs::path folder =
-      fs::temp_directory_path() / ("polyhull_light_store_" + std::to_string(getpid()));
+  const test::Folder own;
+  const fs::path folder = own / "light";
   TracedScene scene{small_scene()};
   LightCacheOptions options{.spacing = 0.1f, .bounce_spacing = 0.3f};
 };
@@ -132,13 +132,8 @@ TEST_F(LightStore, SixteenAreKept) {
 
 TEST_F(LightStore, WhatCannotBeWrittenIsSaid) {
   std::ofstream(folder) << "a file";
-  try {
-    store_light(LightCache(scene, options), scene, options, folder);
-    FAIL() << "written into a file";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(folder.string()), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("light-cache"), std::string::npos);
-  }
+  test::expect_refused([&] { store_light(LightCache(scene, options), scene, options, folder); },
+                       {folder.string(), "light-cache"});
 }
 
 }  // namespace

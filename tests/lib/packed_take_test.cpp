@@ -12,6 +12,8 @@
 #include <random>
 
 #include "base/error.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 #include "take/take_reader.h"
 #include "take/take_writer.h"
 
@@ -64,13 +66,6 @@ struct Cameras {
 
 class PackedTakes : public testing::Test {
  protected:
-  PackedTakes() {
-    char name[] = "/tmp/polyhull_packed_XXXXXX";
-    folder = mkdtemp(name);
-    path = folder + "/dance.take";
-  }
-  ~PackedTakes() override { std::filesystem::remove_all(folder); }
-
   void write(int cameras, int frames) {
     TakeWriter take(path, Existing::refuse);
     Cameras(take, cameras).write(0, frames, 0);
@@ -102,7 +97,8 @@ class PackedTakes : public testing::Test {
     return answer;
   }
 
-  std::string folder, path;
+  const test::Folder folder;
+  const std::string path = folder.file("dance.take");
 };
 
 TEST_F(PackedTakes, WhatIsWrittenIsRead) {
@@ -315,16 +311,15 @@ TEST_F(PackedTakes, AfterAFullDiskAllGoesOn) {
   setrlimit(RLIMIT_FSIZE, &small);
   std::int64_t late = 0;
   int at = 10;
-  try {
-    for (; at < 1000; ++at) {
-      cameras.write(at, at);
-      late = take.stream("late" + std::to_string(at));
-      take.write(late, {"application/x-test", at * frame, frame, 0, {}}, content(5, at));
-    }
-    ADD_FAILURE() << "nothing was said";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("disk is full"), std::string::npos) << error.what();
-  }
+  test::expect_refused(
+      [&] {
+        for (; at < 1000; ++at) {
+          cameras.write(at, at);
+          late = take.stream("late" + std::to_string(at));
+          take.write(late, {"application/x-test", at * frame, frame, 0, {}}, content(5, at));
+        };
+      },
+      "disk is full");
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, SIG_DFL);
   for (std::size_t c = 0; c < 2; ++c) {

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "base/error.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -61,13 +62,8 @@ TEST(Picture, AMaskIsTakenByItsOwnLargestValue) {
 }
 
 TEST(Picture, MissingFileIsNamed) {
-  try {
-    load_picture("/nowhere/missing.png");
-    FAIL() << "expected an Error";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), Error::Kind::not_found);
-    EXPECT_NE(std::string(error.what()).find("/nowhere/missing.png"), std::string::npos);
-  }
+  test::expect_refused([&] { load_picture("/nowhere/missing.png"); }, {"/nowhere/missing.png"},
+                       Error::Kind::not_found);
 }
 
 TEST(Picture, AFolderIsRefused) {
@@ -88,12 +84,7 @@ TEST(Picture, DamagedHuffmanTablesAreRefused) {
   const auto table = std::search(bytes.begin(), bytes.end(), std::begin(marker), std::end(marker));
   ASSERT_NE(table, bytes.end());
   std::fill_n(table + 5, 16, std::uint8_t{255});
-  try {
-    decode_picture(bytes, 3, "picture");
-    FAIL() << "decoded";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("Huffman"), std::string::npos) << error.what();
-  }
+  test::expect_refused([&] { decode_picture(bytes, 3, "picture"); }, "Huffman");
 }
 
 TEST(Picture, UnwritablePathIsRefused) {

@@ -11,6 +11,7 @@
 #include "base/thread_pool.h"
 #include "builtin/default_rig.h"
 #include "studio/plan/forecast.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -65,12 +66,7 @@ double reach_of(const Camera& camera, const Stage& stage) {
 }
 
 std::string refusal(const PlanRequest& request) {
-  try {
-    candidates_of(request);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusal_of([&] { candidates_of(request); });
 }
 
 bool mentions(const std::string& text, const std::string& part) {

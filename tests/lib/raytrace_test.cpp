@@ -15,9 +15,12 @@
 #include "raytrace/path_tracer.h"
 #include "raytrace/sampling.h"
 #include "raytrace/surface_grid.h"
+#include "support/picture_error.h"
 
 namespace polyhull {
 namespace {
+
+using synthetic::rms;
 
 constexpr double pi = std::numbers::pi;
 
@@ -34,15 +37,6 @@ Material diffuse(const Vec3f& colour) {
   Material material;
   material.base_colour = colour;
   return material;
-}
-
-double rms(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const Vec3f d = a[i] - b[i];
-    sum += glm::dot(d, d) / 3.0;
-  }
-  return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
 /// Mean picture values of each pixel.

@@ -6,13 +6,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "base/error.h"
 #include "scene/scene.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 
@@ -20,15 +21,6 @@ using nlohmann::json;
 
 class SceneFile : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              (std::string("polyhull_scene_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
-               std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   /// A .gltf file with one triangle whose data lie in data.bin beside it.
   json triangle_file() {
     const float numbers[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
@@ -48,22 +40,17 @@ class SceneFile : public testing::Test {
   }
 
   std::string write(const json& root) {
-    const std::string path = (folder_ / "scene.gltf").string();
+    const std::string path = folder_.file("scene.gltf");
     std::ofstream(path) << root.dump(1);
     return path;
   }
 
   /// The message with which loading fails.
   std::string failure(const std::string& path) {
-    try {
-      load_scene(path);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return test::refusal_of([&] { load_scene(path); });
   }
 
-  std::filesystem::path folder_;
+  const test::Folder folder_;
 };
 
 inline bool contains(const std::string& text, const std::string& part) {

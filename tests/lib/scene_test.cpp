@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -87,7 +86,7 @@ TEST_F(SceneFile, WhatIsSavedIsReadBack) {
   spot.inner_cone = 0.25f;
   spot.outer_cone = 0.5f;
   room.lights.push_back(spot);
-  const std::string path = (folder_ / "room.glb").string();
+  const std::string path = folder_.file("room.glb");
   save_scene(room, path);
   const Scene read = load_scene(path);
   ASSERT_EQ(read.meshes.size(), room.meshes.size());
@@ -216,7 +215,7 @@ TEST_F(SceneFile, EmissiveQuadsBecomeLightsEachOfItsOwn) {
   SceneMesh lamps = parallelogram("lamps", 1, {0, 2, 0}, {1, 0, 0}, {0, 0, 1});
   append(lamps, parallelogram("lamps", 1, {2, 2, 0}, {1, 0, 0}, {0, 0, 1}));
   scene.meshes.push_back(lamps);
-  const std::string path = (folder_ / "lamps.glb").string();
+  const std::string path = folder_.file("lamps.glb");
   save_scene(scene, path);
   const Scene read = load_scene(path);
   ASSERT_EQ(read.lights.size(), 2u);
@@ -317,25 +316,25 @@ TEST(Mirrors, OfSeveralMeshesAreOneWhereTheyMirrorAlike) {
 TEST_F(SceneFile, BadFilesAreRefusedWithReasons) {
   EXPECT_TRUE(contains(failure("/nowhere/room.glb"), "does not exist"));
   std::ofstream(folder_ / "text.glb") << "this is not a glTF file";
-  EXPECT_TRUE(contains(failure((folder_ / "text.glb").string()), "not a readable glTF"));
+  EXPECT_TRUE(contains(failure(folder_.file("text.glb")), "not a readable glTF"));
   std::ofstream(folder_ / "text.gltf") << "{ \"asset\": ";
-  EXPECT_TRUE(contains(failure((folder_ / "text.gltf").string()), "not a readable glTF"));
+  EXPECT_TRUE(contains(failure(folder_.file("text.gltf")), "not a readable glTF"));
   const std::string deep =
       "{\"asset\":{\"version\":\"2.0\",\"extras\":" + std::string(1000000, '[') +
       std::string(1000000, ']') + "}}  ";
   std::ofstream(folder_ / "deep.gltf") << deep;
-  EXPECT_TRUE(contains(failure((folder_ / "deep.gltf").string()), "more than 64 brackets"));
+  EXPECT_TRUE(contains(failure(folder_.file("deep.gltf")), "more than 64 brackets"));
   std::string head("glTF\2\0\0\0????????JSON", 20);
   for (int i = 0; i < 4; ++i) {
     head[8 + i] = static_cast<char>((deep.size() + 20) >> 8 * i);
     head[12 + i] = static_cast<char>(deep.size() >> 8 * i);
   }
   std::ofstream(folder_ / "deep.glb") << head << deep;
-  EXPECT_TRUE(contains(failure((folder_ / "deep.glb").string()), "more than 64 brackets"));
+  EXPECT_TRUE(contains(failure(folder_.file("deep.glb")), "more than 64 brackets"));
   // Brackets in a text are none.
   EXPECT_EQ(json_depth(R"({"a": "[[[[\"[[[\\", "b": [1, {}]})"), 3u);
   std::ofstream(folder_ / "mesh.obj") << "v 0 0 0";
-  EXPECT_TRUE(contains(failure((folder_ / "mesh.obj").string()), ".glb or .gltf"));
+  EXPECT_TRUE(contains(failure(folder_.file("mesh.obj")), ".glb or .gltf"));
 
   json root = triangle_file();
   root["nodes"][0].erase("mesh");
@@ -388,7 +387,7 @@ TEST_F(SceneFile, RefusesWildTextureCoordinates) {
   scene.textures.push_back(Picture{2, 2, 4, std::vector<std::uint8_t>(16, 200)});
   scene.meshes.push_back(box("box", 0, Vec3f(0.0f), Vec3f(1.0f)));
   SceneMesh& mesh = scene.meshes[0];
-  const std::string path = (folder_ / "wild.glb").string();
+  const std::string path = folder_.file("wild.glb");
   mesh.texture_coordinates.assign(mesh.positions.size(), Vec2f(-1000.0f, 1000.0f));
   save_scene(scene, path);
   EXPECT_EQ(failure(path), "");
@@ -405,12 +404,12 @@ TEST_F(SceneFile, AFileCutShortNeverCrashes) {
   scene.materials[0].base_colour_texture = 0;
   scene.textures.push_back(Picture{2, 2, 4, std::vector<std::uint8_t>(16, 200)});
   scene.meshes.push_back(box("box", 0, Vec3f(0.0f), Vec3f(1.0f)));
-  const std::string path = (folder_ / "whole.glb").string();
+  const std::string path = folder_.file("whole.glb");
   save_scene(scene, path);
   EXPECT_NO_THROW(load_scene(path));
   std::ifstream in(path, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
-  const std::string cut = (folder_ / "cut.glb").string();
+  const std::string cut = folder_.file("cut.glb");
   for (std::size_t size = 0; size < bytes.size(); size += 37) {
     std::ofstream(cut, std::ios::binary | std::ios::trunc)
         .write(bytes.data(), static_cast<std::streamsize>(size));

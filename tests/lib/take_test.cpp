@@ -15,6 +15,8 @@
 #include <random>
 
 #include "base/error.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 #include "take/take_reader.h"
 #include "take/take_writer.h"
 
@@ -24,17 +26,10 @@ namespace {
 constexpr std::int64_t frame = 40'000'000;
 using Existing = TakeWriter::Existing;
 
-/// A folder that goes with the test.
 class Takes : public testing::Test {
  protected:
-  Takes() {
-    char name[] = "/tmp/polyhull_take_XXXXXX";
-    folder = mkdtemp(name);
-    path = folder + "/dance.take";
-  }
-  ~Takes() override { std::filesystem::remove_all(folder); }
-
-  std::string folder, path;
+  const test::Folder folder;
+  const std::string path = folder.file("dance.take");
 };
 
 /// What camera \p camera sees at instant \p number: bytes that tell both.
@@ -232,7 +227,7 @@ TEST_F(Takes, ADamagedTakeGivesWhatIsWhole) {
     write(take, 2, 0, 100, 100'000);
   }
   const auto size = std::filesystem::file_size(path);
-  const std::string sound = folder + "/sound.take";
+  const std::string sound = folder.file("sound.take");
   std::filesystem::copy_file(path, sound);
   std::mt19937 random(5);
   int readable = 0, found = 0, lost = 0;
@@ -280,7 +275,7 @@ TEST_F(Takes, NoPageButTheFirstIsNeeded) {
     write(take, 2, 0, 40);
   }
   const auto size = std::filesystem::file_size(path);
-  const std::string sound = folder + "/sound.take";
+  const std::string sound = folder.file("sound.take");
   std::filesystem::copy_file(path, sound);
   int lost = 0;
   for (std::uintmax_t at = 32768; at < size; at += 32768) {
@@ -422,14 +417,7 @@ TEST_F(Takes, AReaderThatDoesNotStopIsSaidAtTheEnd) {
   const SlowReader slow(path);
   write(take, 2, 6, 10);
   EXPECT_FALSE(take.commit(10));
-  try {
-    take.finish(50);
-    ADD_FAILURE() << "nothing was said";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), Error::Kind::io);
-    EXPECT_NE(std::string(error.what()).find("has been reading it"), std::string::npos)
-        << error.what();
-  }
+  test::expect_refused([&] { take.finish(50); }, {"has been reading it"}, Error::Kind::io);
   EXPECT_EQ(count_sound(path, "cam0", 0), 5);
 }
 
@@ -437,12 +425,7 @@ TEST_F(Takes, OneWriterAtATime) {
   TakeWriter take(path, Existing::refuse);
   write(take, 1, 0, 5);
   for (const Existing existing : {Existing::append, Existing::replace}) {
-    try {
-      TakeWriter second(path, existing);
-      ADD_FAILURE() << "two write";
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find("another program or element"), std::string::npos);
-    }
+    test::expect_refused([&] { TakeWriter second(path, existing); }, "another program or element");
   }
   write(take, 1, 5, 10);
   take.finish();
@@ -460,13 +443,11 @@ TEST_F(Takes, AFullDiskIsSaidAndWhatWasWrittenStays) {
     rlimit small = before;
     small.rlim_cur = 3'000'000;
     setrlimit(RLIMIT_FSIZE, &small);
-    try {
-      for (; sets < 1000; ++sets) write(take, 2, sets, sets + 1, 50'000);
-      ADD_FAILURE() << "nothing was said";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), Error::Kind::io);
-      EXPECT_NE(std::string(error.what()).find("disk is full"), std::string::npos) << error.what();
-    }
+    test::expect_refused(
+        [&] {
+          for (; sets < 1000; ++sets) write(take, 2, sets, sets + 1, 50'000);
+        },
+        {"disk is full"}, Error::Kind::io);
     setrlimit(RLIMIT_FSIZE, &before);
   }
   std::signal(SIGXFSZ, SIG_DFL);
@@ -557,8 +538,8 @@ TEST_F(Takes, WhatIsNoTakeIsRefusedInWords) {
     EXPECT_NE(text.find(what), std::string::npos) << text;
   };
   has(message([&] { read_take(path); }), "No such file");
-  has(message([&] { read_take(folder); }), "no file");
-  has(message([&] { TakeWriter(folder + "/none/x.take", Existing::replace); }), "no folder");
+  has(message([&] { read_take(folder.path); }), "no file");
+  has(message([&] { TakeWriter(folder.file("none/x.take"), Existing::replace); }), "no folder");
   std::ofstream(path) << std::string(10'000, 'x');
   has(message([&] { read_take(path); }), "no take");
   has(message([&] { TakeWriter(path, Existing::append); }), "no take");

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "base/error.h"
+#include "support/refusal.h"
 #include "wire/mesh_generated.h"
 #include "wire/mesh_payload.h"
 #include "wire/view_payload.h"
@@ -222,12 +223,7 @@ TEST(Payload, MutatedBytesAreRefusedOrHarmless) {
 void expect_view_refused(const std::function<void(View&)>& change, const std::string& part) {
   View view = example_view();
   change(view);
-  try {
-    write_view(view);
-    FAIL() << part;
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-  }
+  test::expect_refused([&] { write_view(view); }, part);
 }
 
 TEST(ViewPayload, RulesAreChecked) {
@@ -261,12 +257,7 @@ TEST(ViewPayload, RulesAreChecked) {
 void expect_mesh_refused(const std::function<void(Mesh&)>& change, const std::string& part) {
   Mesh mesh = example_mesh();
   change(mesh);
-  try {
-    write_mesh(mesh);
-    FAIL() << part;
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-  }
+  test::expect_refused([&] { write_mesh(mesh); }, part);
 }
 
 /// The number after those of the contours' edges and the frame's four in the first face's view.
@@ -346,12 +337,7 @@ void expect_views_refused(
       wire::CreateMesh(builder, 0, 0, builder.CreateVector(origin, 3), 1.0, hull, views));
   const std::vector<std::uint8_t> bytes =
       write_payload_header(PayloadKind::mesh, {builder.GetBufferPointer(), builder.GetSize()}, 0);
-  try {
-    read_mesh(Bytes(bytes));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-  }
+  test::expect_refused([&] { read_mesh(Bytes(bytes)); }, words);
 }
 
 // As bytes were before views had a clock and a timecode.

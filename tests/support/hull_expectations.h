@@ -9,11 +9,19 @@
 #include <algorithm>
 #include <string>
 
+#include "hull/build/hull_builder.h"
 #include "support/membership.h"
 #include "support/mesh_checks.h"
 #include "support/scenes.h"
 
 namespace polyhull::test {
+
+/// Within the scene's bounds.
+inline HullOptions within(const HullScene& scene) {
+  HullOptions options;
+  options.bounds = scene.rig.bounds;
+  return options;
+}
 
 struct Expectation {
   std::size_t points = 20000;  ///< random points, half of them near the hull

@@ -3,9 +3,12 @@
 /// How far two pictures differ.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "base/picture.h"
+#include "base/vector.h"
 
 namespace polyhull::synthetic {
 
@@ -31,6 +34,24 @@ double psnr(const Picture& a, const Picture& b, Counts counts) {
 /// The same over all pixels.
 inline double psnr(const Picture& a, const Picture& b) {
   return psnr(a, b, [](int, int) { return true; });
+}
+
+/// Root mean square of the channels' differences.
+inline double rms(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Vec3f d = a[i] - b[i];
+    sum += glm::dot(d, d) / 3.0;
+  }
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+/// The channels' largest difference.
+inline float furthest(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
+  float most = 0.0f;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(a[i][k] - b[i][k]));
+  return most;
 }
 
 }  // namespace polyhull::synthetic

@@ -15,6 +15,7 @@
 #include "rig/export.h"
 #include "rig/import.h"
 #include "support/calibration_takes.h"
+#include "support/folder.h"
 #include "text_file.h"
 
 namespace polyhull::calibration {
@@ -154,12 +155,9 @@ TEST(Colmap, FindsTheSamePoses) {
   std::vector<Point> points = points_of(ours);
   ASSERT_GT(points.size(), 500u);
   shake(shaken, points);
-  const std::string folder =
-      (std::filesystem::temp_directory_path() / "polyhull_colmap_test").string();
-  std::filesystem::remove_all(folder);
-  write_model(shaken, points, folder);
-  const std::vector<Camera> theirs = adjusted_by_colmap(ours.rig.cameras, folder);
-  std::filesystem::remove_all(folder);
+  const test::Folder folder;
+  write_model(shaken, points, folder.path);
+  const std::vector<Camera> theirs = adjusted_by_colmap(ours.rig.cameras, folder.path);
 
   const auto apart = errors_of(ours.rig.cameras, theirs);
   const auto ours_off = errors_of(ours.rig.cameras, truth.cameras);

@@ -22,6 +22,8 @@
 #include "calibrate/input.h"
 #include "floor_points.h"
 #include "support/calibration_takes.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 #include "support/run_kind.h"
 
 namespace polyhull::calibration {
@@ -121,14 +123,7 @@ TEST(FindBoard, DictionariesThatCannotBe) {
 // Folders of rendered pictures, and the program.
 class CalibrateTool : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              fmt::format("polyhull-{}-{}", test->name(), static_cast<int>(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "take");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
+  CalibrateTool() { fs::create_directories(folder_ / "take"); }
 
   // Pictures of two cameras beside each other; the truth. With a \p step the board is moved on by so
   // many of the others' steps from one to the next.
@@ -164,9 +159,9 @@ class CalibrateTool : public testing::Test {
   int run(const std::string& arguments) {
     const std::string program =
         std::string(std::getenv("POLYHULL_BUILD")) + "/tools/polyhull-calibrate";
-    const std::string out = (folder_ / "out.txt").string();
+    const std::string out = folder_.file("out.txt");
     const int status = std::system(
-        fmt::format("'{}' '{}' {} >'{}' 2>&1", program, (folder_ / "take").string(), arguments, out)
+        fmt::format("'{}' '{}' {} >'{}' 2>&1", program, folder_.file("take"), arguments, out)
             .c_str());
     text_ = read(out);
     return WEXITSTATUS(status);
@@ -183,13 +178,13 @@ class CalibrateTool : public testing::Test {
     EXPECT_NE(text_.find(words), std::string::npos) << words << " not in: " << text_;
   }
 
-  fs::path folder_;
+  const test::Folder folder_;
   std::string text_;
 };
 
 TEST_F(CalibrateTool, FromPicturesToRigAndReport) {
   const std::vector<Camera> truth = render(chessboard(7, 6), 12);
-  const std::string rig = (folder_ / "rig.json").string(), page = (folder_ / "page.html").string();
+  const std::string rig = folder_.file("rig.json"), page = folder_.file("page.html");
   EXPECT_EQ(run("--board 7x6 --square 100 -o '" + rig + "' --report '" + page + "'"), 0) << text_;
   expect_said("finding the board in 24 pictures: 100 %");
   expect_said(": good");
@@ -207,7 +202,7 @@ TEST_F(CalibrateTool, FromPicturesToRigAndReport) {
   EXPECT_EQ(html.find("nan"), std::string::npos);
 
   // On the floor, with the lenses that were found, but not good enough for who asks.
-  const std::string floor = (folder_ / "floor.json").string();
+  const std::string floor = folder_.file("floor.json");
   EXPECT_EQ(run("--quiet --board 7x6 --square 100 --max-rms 0.001 --floor-view 03 --lenses '" +
                 rig + "' -o '" + floor + "'"),
             2);
@@ -239,7 +234,7 @@ TEST_F(CalibrateTool, FromVideos) {
   EXPECT_EQ(run("--board 7x6 --square 100"), 1);
   expect_said("right.avi' has 12.500 frames a second");
   record("right", 10.0);
-  const std::string rig = (folder_ / "rig.json").string();
+  const std::string rig = folder_.file("rig.json");
   EXPECT_EQ(run("--every 0.5 --board 7x6 --square 100 --floor-view 000015 -o '" + rig + "'"), 0)
       << text_;
   expect_said("finding the board in 24 pictures: 100 %");
@@ -283,7 +278,7 @@ TEST_F(CalibrateTool, FirstFramesThatAreMissing) {
     gst_object_unref(last);
     gst_object_unref(recorder);
   }
-  const std::string rig = (folder_ / "rig.json").string();
+  const std::string rig = folder_.file("rig.json");
   EXPECT_EQ(run("--quiet --every 0.1 --board 7x6 --square 100 -o '" + rig + "'"), 0) << text_;
   expect_said("right.mkv' lacks its first 2 frames");
   const Rig found = load_rig(rig);
@@ -303,8 +298,8 @@ TEST_F(CalibrateTool, FromLiveCameras) {
         "pngdec ! videorate ! video/x-raw,framerate=20/1 ! identity sync=true' ",
         name, (folder_ / "boards" / name).string(), views_a_second);
   };
-  const std::string rig = (folder_ / "rig.json").string();
-  const std::string shown = (folder_ / "shown.jpg").string();
+  const std::string rig = folder_.file("rig.json");
+  const std::string shown = folder_.file("shown.jpg");
   // Views stand still for a second each and more; the cameras end before there is enough. A busy
   // machine misses some, which may leave too few to be called good.
   EXPECT_NE(run(camera("left") + camera("right") + "--every 0.2 --board 7x6 --square 100 -o '" +
@@ -338,7 +333,7 @@ TEST_F(CalibrateTool, FromLiveCameras) {
 
 TEST_F(CalibrateTool, Charuco) {
   const std::vector<Camera> truth = render(charuco(7, 5), 12);
-  const std::string rig = (folder_ / "rig.json").string();
+  const std::string rig = folder_.file("rig.json");
   EXPECT_EQ(run("--quiet --board 7x5 --square 100 --marker 75 --charuco 4X4_100 -o '" + rig + "'"),
             0)
       << text_;
@@ -359,7 +354,7 @@ TEST_F(CalibrateTool, BadInput) {
   fs::create_directories(folder_ / "take" / "a");
   EXPECT_EQ(run("--square 24"), 1);
   expect_said("holds no PNG or JPEG");
-  save_picture(grey, (folder_ / "take/a/1.png").string());
+  save_picture(grey, folder_.file("take/a/1.png"));
   EXPECT_EQ(run("--square 24"), 1);
   expect_said("none of the pictures of camera 'a'");
   EXPECT_EQ(run("--square 0"), 1);
@@ -367,7 +362,7 @@ TEST_F(CalibrateTool, BadInput) {
   EXPECT_EQ(run("--square 24 --board 9by6"), 1);
   expect_said("expected COLUMNSxROWS");
   const Picture wide{80, 48, 1, std::vector<std::uint8_t>(80 * 48, 120)};
-  save_picture(wide, (folder_ / "take/a/2.png").string());
+  save_picture(wide, folder_.file("take/a/2.png"));
   EXPECT_EQ(run("--square 24"), 1);
   expect_said("2.png' has 80x48 pixels");
   std::ofstream(folder_ / "take/a/3.png") << "not a picture";
@@ -376,7 +371,7 @@ TEST_F(CalibrateTool, BadInput) {
   fs::remove(folder_ / "take/a/2.png");
   fs::remove(folder_ / "take/a/3.png");
   fs::create_directories(folder_ / "take" / "b");
-  save_picture(grey, (folder_ / "take/b/x.png").string());
+  save_picture(grey, folder_.file("take/b/x.png"));
   EXPECT_EQ(run("--square 24"), 1);
   expect_said("has no number in its name");
 }
@@ -385,7 +380,7 @@ TEST_F(CalibrateTool, BadInput) {
 TEST_F(CalibrateTool, WrongArgumentsAreSaidAtOnce) {
   const Picture grey{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 120)};
   fs::create_directories(folder_ / "take" / "a");
-  save_picture(grey, (folder_ / "take/a/1.png").string());
+  save_picture(grey, folder_.file("take/a/1.png"));
   const std::pair<const char*, const char*> wrong[] = {
       {"--floor-view 7", "there is no such instant. They are '1' to '1'"},
       {"--floor-points /no/where", "'/no/where'"},
@@ -403,7 +398,7 @@ TEST_F(CalibrateTool, WrongArgumentsAreSaidAtOnce) {
     expect_said("0.1 mm to 10 m can be used");
   }
   fs::create_directories(folder_ / "take" / "caf\xe9");
-  save_picture(grey, (folder_ / "take/caf\xe9/1.png").string());
+  save_picture(grey, folder_.file("take/caf\xe9/1.png"));
   EXPECT_EQ(run("--square 24"), 1);
   expect_said("a name that is not UTF-8");
 }
@@ -411,14 +406,9 @@ TEST_F(CalibrateTool, WrongArgumentsAreSaidAtOnce) {
 TEST_F(CalibrateTool, FloorPointsNameWhatIsWrong) {
   const Rig rig = default_rig();
   const auto refused = [&](const std::string& text) -> std::string {
-    const std::string path = (folder_ / "points.txt").string();
+    const std::string path = folder_.file("points.txt");
     std::ofstream(path) << text;
-    try {
-      read_floor_points(path, rig);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+    return test::refusal_of([&] { read_floor_points(path, rig); });
   };
   EXPECT_NE(refused("a cam0 1").find("line 1: expected POINT CAMERA U V"), std::string::npos);
   EXPECT_NE(refused("# x\na nobody 1 2").find("line 2: there is no camera 'nobody'"),
@@ -446,7 +436,7 @@ TEST_F(CalibrateTool, FloorPointsOfCamerasWithBlanks) {
       text += fmt::format("mark {}\t{}  {:.17g} {:.17g} # seen well\r\n", m, rig.cameras[i].name,
                           p.x, p.y);
     }
-  const std::string path = (folder_ / "points.txt").string();
+  const std::string path = folder_.file("points.txt");
   std::ofstream(path) << text;
   const std::vector<Vec3> found = read_floor_points(path, rig);
   ASSERT_EQ(found.size(), 2u);
@@ -461,12 +451,12 @@ TEST_F(CalibrateTool, PicturesOfOneInstantShareNameOrNumber) {
       save_picture(grey,
                    (folder_ / "take" / camera / fmt::format("{}{:04}.png", camera, i)).string());
   }
-  calibrate_tool::Pictures pictures = calibrate_tool::list_pictures((folder_ / "take").string());
+  calibrate_tool::Pictures pictures = calibrate_tool::list_pictures(folder_.file("take"));
   EXPECT_EQ(pictures.instants, (std::vector<std::string>{"2", "10"}));
   EXPECT_EQ(fs::path(pictures.files[1][1]).filename(), "right0010.png");
-  save_picture(grey, (folder_ / "take/left/a 7.png").string());
-  save_picture(grey, (folder_ / "take/right/a 7.png").string());
-  pictures = calibrate_tool::list_pictures((folder_ / "take").string());
+  save_picture(grey, folder_.file("take/left/a 7.png"));
+  save_picture(grey, folder_.file("take/right/a 7.png"));
+  pictures = calibrate_tool::list_pictures(folder_.file("take"));
   EXPECT_EQ(pictures.instants.size(), 5u);
 }
 

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "base/picture.h"
+#include "support/folder.h"
 
 namespace polyhull::calibrate_tool {
 namespace {
@@ -83,8 +84,7 @@ void turn_video(const fs::path& path) {
 }  // namespace
 
 TEST(CalibrateVideos, CountByTimeAndStayUnturned) {
-  const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos";
-  fs::remove_all(folder);
+  const test::Folder folder;
   const fs::path pictures = folder / "pictures", videos = folder / "videos";
   fs::create_directories(videos);
   write_pictures(pictures);
@@ -111,14 +111,12 @@ TEST(CalibrateVideos, CountByTimeAndStayUnturned) {
       EXPECT_NEAR(picture.row(8)[32], 40 + 5 * n, 2) << file;
       EXPECT_NEAR(picture.row(40)[32], 16, 2) << file;
     }
-  fs::remove_all(folder);
 }
 
 // Cameras' and broadcasters' files, beside what is none; and a header that tells a wrong rate, as of
 // frames left out.
 TEST(CalibrateVideos, OfAnyFormatAndRatesByTheirTimes) {
-  const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos_kinds";
-  fs::remove_all(folder);
+  const test::Folder folder;
   const fs::path pictures = folder / "pictures", videos = folder / "videos";
   fs::create_directories(videos);
   write_pictures(pictures);
@@ -151,13 +149,11 @@ TEST(CalibrateVideos, OfAnyFormatAndRatesByTheirTimes) {
       EXPECT_NEAR(picture.row(8)[32], brightness(camera, n), 2) << camera;
     }
   EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 5);
-  fs::remove_all(folder);
 }
 
 // What the files' times tell, where their recorder kept them.
 TEST(CalibrateVideos, FirstFramesThatAreMissing) {
-  const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos_begin";
-  fs::remove_all(folder);
+  const test::Folder folder;
   const fs::path pictures = folder / "pictures", videos = folder / "videos";
   fs::create_directories(videos);
   write_pictures(pictures);
@@ -181,7 +177,6 @@ TEST(CalibrateVideos, FirstFramesThatAreMissing) {
         EXPECT_NEAR(shown_in(file), timed ? n : n + missing, 0.5) << file;
       }
   }
-  fs::remove_all(folder);
 }
 
 }  // namespace polyhull::calibrate_tool

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
 #include <cmath>
 #include <cstdlib>
 
@@ -17,6 +16,8 @@
 #include "base/error.h"
 #include "studio/calibration/light/find_light.h"
 #include "support/calibration_takes.h"
+#include "support/folder.h"
+#include "support/refusal.h"
 
 namespace polyhull::calibration {
 namespace {
@@ -103,13 +104,7 @@ void expect_near(const WandTruth& truth, const Calibration& found, double centre
 }
 
 void expect_refused(const WandTruth& truth, const std::string& words) {
-  try {
-    calibrate(truth);
-    ADD_FAILURE() << "was not refused: " << words;
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), Error::Kind::bad_input);
-    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-  }
+  test::expect_refused([&] { calibrate(truth); }, {words}, Error::Kind::bad_input);
 }
 
 TEST(Wand, KnownLenses) {
@@ -237,13 +232,7 @@ TEST(FindLight, TellsWhyNot) {
 
 class WandTool : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / fmt::format("polyhull-wand-{}", getpid());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::string path(const char* name) const { return folder_.file(name); }
 
   int run(const std::string& arguments) {
     const int status =
@@ -266,7 +255,7 @@ class WandTool : public testing::Test {
     std::ofstream(path("lenses.json")) << rig_to_json(rig);
   }
 
-  std::filesystem::path folder_;
+  const test::Folder folder_;
   std::string text_;
 };
 

@@ -16,12 +16,6 @@
 namespace polyhull::test {
 namespace {
 
-HullOptions within(const HullScene& scene) {
-  HullOptions options;
-  options.bounds = scene.rig.bounds;
-  return options;
-}
-
 TEST(HullTruth, BruteForceAndExactBooleansAgree) {
   std::size_t compared = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {

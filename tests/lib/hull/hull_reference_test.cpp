@@ -16,12 +16,6 @@
 namespace polyhull::test {
 namespace {
 
-HullOptions within(const HullScene& scene) {
-  HullOptions options;
-  options.bounds = scene.rig.bounds;
-  return options;
-}
-
 /// Counts grow with POLYHULL_STRESS, as in tests/stress.
 std::uint64_t scaled(std::uint64_t count) {
   const char* text = std::getenv("POLYHULL_STRESS");

@@ -24,12 +24,6 @@ Hull build(const HullScene& scene, const HullOptions& options = {}) {
   return builder.build(scene.views(), options);
 }
 
-HullOptions within(const HullScene& scene) {
-  HullOptions options;
-  options.bounds = scene.rig.bounds;
-  return options;
-}
-
 Rings ring_of(const std::vector<Vec2f>& ring) {
   Rings rings;
   add_ring(rings, ring);

@@ -14,6 +14,7 @@
 #include "support/body_scenes.h"
 #include "support/camera_contours.h"
 #include "support/hollow_bodies.h"
+#include "support/refusal.h"
 
 namespace polyhull::test {
 namespace {
@@ -111,13 +112,9 @@ TEST(Photo, AMissingPictureIsRefused) {
   const Hull hull = hull_of(dented(), stage, 0);
   std::vector<ViewPixels> pixels = view_pixels(dented());
   pixels[3] = {};
-  try {
-    HullRefiner().refine(hull, views, 1.0, {.photo = true}, pixels);
-    ADD_FAILURE() << "no error";
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(),
-                 "Camera cam3 sends no picture, by which photo-consistency is judged.");
-  }
+  EXPECT_EQ(
+      test::refusal_of([&] { HullRefiner().refine(hull, views, 1.0, {.photo = true}, pixels); }),
+      "Camera cam3 sends no picture, by which photo-consistency is judged.");
 }
 
 }  // namespace

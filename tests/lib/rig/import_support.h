@@ -7,11 +7,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <functional>
-
 #include "base/error.h"
 #include "builtin/default_rig.h"
 #include "rig/import.h"
+#include "support/refusal.h"
 #include "text_file.h"
 
 namespace polyhull {
@@ -26,23 +25,14 @@ inline std::string empty_folder() {
   return path.string();
 }
 
+using test::expect_refused;
+
 /// \p text with each \p from in it made \p to.
 inline std::string with(std::string text, const std::string& from, const std::string& to) {
   std::size_t at = text.find(from);
   EXPECT_NE(at, text.npos) << from;
   for (; at != text.npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
   return text;
-}
-
-/// \p action must throw an Error with \p part in its message.
-inline void expect_refused(const std::function<void()>& action, const std::string& part) {
-  std::string message = "no error";
-  try {
-    action();
-  } catch (const Error& error) {
-    message = error.what();
-  }
-  EXPECT_NE(message.find(part), std::string::npos) << part << " not in: " << message;
 }
 
 /// Names, sizes and poses.

@@ -13,6 +13,7 @@
 #include "rig/export.h"
 #include "rig/file_names.h"
 #include "rig/import.h"
+#include "support/refusal.h"
 #include "text_file.h"
 
 namespace polyhull {
@@ -70,19 +71,7 @@ void expect_same(const Rig& found, const Rig& wanted, double tolerance) {
   }
 }
 
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
-void expect_refused(const std::function<void()>& action, const std::string& part) {
-  const std::string message = message_of(action);
-  EXPECT_NE(message.find(part), std::string::npos) << part << " not in: " << message;
-}
+using test::expect_refused;
 
 std::vector<std::string> files_in(const std::string& folder) {
   std::vector<std::string> files;

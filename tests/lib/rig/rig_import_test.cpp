@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "builtin/default_rig.h"
 #include "rig/check.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -37,15 +38,6 @@ std::string printed(const char* pattern, ...) {
   std::vsnprintf(text, sizeof text, pattern, arguments);
   va_end(arguments);
   return text;
-}
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 void expect_same(const Camera& a, const Camera& b, double tolerance) {
@@ -101,8 +93,8 @@ TEST(RigImport, ProjectionMatrices) {
     EXPECT_NEAR(glm::length(camera.centre()), 1.0, 0.01);
   }
   NEED("oxford_dino/dino_Ps.txt");
-  const std::string message =
-      message_of([&] { import::projection_matrices({data("oxford_dino/dino_Ps.txt")}, options); });
+  const std::string message = test::refusal_of(
+      [&] { import::projection_matrices({data("oxford_dino/dino_Ps.txt")}, options); });
   EXPECT_NE(message.find("left-handed"), std::string::npos) << message;
   EXPECT_NE(message.find("dino_Ps.txt, line"), std::string::npos) << message;
 }
@@ -143,7 +135,7 @@ TEST(RigImport, OpenCvFilesNamedByTheirFolders) {
   const Mat3 expected =
       import::rotation_of(Vec3(-1.3729877816020433, 0.49613357894194315, 0.61391054843037529));
   for (int i = 0; i < 3; ++i) EXPECT_LT(glm::length(rig.cameras[0].R[i] - expected[i]), 1e-12);
-  const std::string message = message_of([&] { import::opencv(files, {}); });
+  const std::string message = test::refusal_of([&] { import::opencv(files, {}); });
   EXPECT_NE(message.find("--size"), std::string::npos) << message;
 }
 
@@ -199,7 +191,8 @@ TEST(RigImport, BouguetComesBack) {
   ASSERT_EQ(rig.cameras.size(), 4u);
   for (int i = 0; i < 4; ++i) expect_same(rig.cameras[i], truth.cameras[i], 1e-9);
   options.board = 3;
-  EXPECT_NE(message_of([&] { import::bouguet(files, options); }).find("omc_3"), std::string::npos);
+  EXPECT_NE(test::refusal_of([&] { import::bouguet(files, options); }).find("omc_3"),
+            std::string::npos);
 }
 
 // The pose as the toolbox's extrinsic calibration writes it: a matrix, row by row.
@@ -255,7 +248,7 @@ TEST(RigImport, BadFilesAreNamedWithTheirLine) {
   const auto path = (folder() / "bad.txt").string();
   const auto refuses = [&](const std::string& content, auto importer, const std::string& part) {
     std::ofstream(path) << content;
-    const std::string message = message_of([&] { importer(); });
+    const std::string message = test::refusal_of([&] { importer(); });
     EXPECT_NE(message.find("bad.txt"), std::string::npos) << message;
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
@@ -274,7 +267,7 @@ TEST(RigImport, BadFilesAreNamedWithTheirLine) {
       "", [&] { import::text(path, sized); }, "no cameras");
   refuses(
       "<xml", [&] { import::opencv({path}, sized); }, "OpenCV");
-  EXPECT_NE(message_of([&] { import::colmap("/nowhere", {}); }).find("cameras.txt"),
+  EXPECT_NE(test::refusal_of([&] { import::colmap("/nowhere", {}); }).find("cameras.txt"),
             std::string::npos);
   import::Options bad_name = sized;
   bad_name.name = "%s%n";

@@ -18,6 +18,7 @@
 #include "rig/floor.h"
 #include "studio/cameras/camera_picture.h"
 #include "studio/figure/figure.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -66,12 +67,7 @@ std::vector<CameraPictureRings> standing_in(const Rig& rig, double seconds) {
 }
 
 std::string refused(const Rig& rig, const LevelRequest& request) {
-  try {
-    level_rig(rig, request);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::refusal_of([&] { level_rig(rig, request); });
 }
 
 /// The least height of the hull of \p pictures, metres.

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include "base/error.h"
 #include "builtin/default_rig.h"
 #include "rig/projection_matrix.h"
+#include "support/refusal.h"
 
 namespace polyhull {
 namespace {
@@ -21,21 +21,12 @@ json good() {
   return json::parse(rig_to_json(default_rig()));
 }
 
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 // Parses the default rig after a change and checks that the message has all parts.
 void expect_refused(const std::function<void(json&)>& change,
                     const std::vector<std::string>& parts) {
   json rig = good();
   change(rig);
-  const std::string message = message_of([&] { parse_rig(rig.dump(), "stage.json"); });
+  const std::string message = test::refusal_of([&] { parse_rig(rig.dump(), "stage.json"); });
   EXPECT_NE(message.find("stage.json"), std::string::npos) << message;
   for (const std::string& part : parts)
     EXPECT_NE(message.find(part), std::string::npos) << part << " not in: " << message;
@@ -90,35 +81,35 @@ TEST(Rig, ComesBackFromItsFileExactly) {
 }
 
 TEST(Rig, MissingFileIsNamed) {
-  const std::string message = message_of([] { load_rig("/nowhere/rig.json"); });
+  const std::string message = test::refusal_of([] { load_rig("/nowhere/rig.json"); });
   EXPECT_NE(message.find("/nowhere/rig.json"), std::string::npos) << message;
   EXPECT_THROW(load_rig("/tmp"), Error);
-  EXPECT_NE(message_of([] { load_rig("/dev/null"); }), "no error");
+  EXPECT_NE(test::refusal_of([] { load_rig("/dev/null"); }), "");
 }
 
 TEST(Rig, NotJsonTellsLineAndColumn) {
-  const std::string message =
-      message_of([] { parse_rig("{\n  \"format\": \"polyhull-rig\",\n  oops\n}", "stage.json"); });
+  const std::string message = test::refusal_of(
+      [] { parse_rig("{\n  \"format\": \"polyhull-rig\",\n  oops\n}", "stage.json"); });
   EXPECT_NE(message.find("stage.json"), std::string::npos) << message;
   EXPECT_NE(message.find("line 3, column 3"), std::string::npos) << message;
-  EXPECT_NE(message_of([] { parse_rig("", "x"); }), "no error");
-  EXPECT_NE(message_of([] { parse_rig("[1, 2]", "x"); }), "no error");
-  EXPECT_NE(message_of([] { parse_rig("\"\xff\xfe\"", "x"); }), "no error");
-  EXPECT_NE(message_of([] { parse_rig(std::string(100000, '['), "x"); }), "no error");
+  EXPECT_NE(test::refusal_of([] { parse_rig("", "x"); }), "");
+  EXPECT_NE(test::refusal_of([] { parse_rig("[1, 2]", "x"); }), "");
+  EXPECT_NE(test::refusal_of([] { parse_rig("\"\xff\xfe\"", "x"); }), "");
+  EXPECT_NE(test::refusal_of([] { parse_rig(std::string(100000, '['), "x"); }), "");
   std::string text = rig_to_json(default_rig());
   text.replace(text.find("700.0"), 5, std::string(1000000, '[') + std::string(1000000, ']'));
-  EXPECT_EQ(message_of([&] { parse_rig(text, "stage.json"); }),
+  EXPECT_EQ(test::refusal_of([&] { parse_rig(text, "stage.json"); }),
             "stage.json: more than 64 brackets within each other.");
 }
 
 TEST(Rig, NanAndInfinityAreRefused) {
   std::string text = rig_to_json(default_rig());
   text.replace(text.find("700.0"), 5, "NaN");
-  const std::string message = message_of([&] { parse_rig(text, "stage.json"); });
+  const std::string message = test::refusal_of([&] { parse_rig(text, "stage.json"); });
   EXPECT_NE(message.find("line 12, column 14"), std::string::npos) << message;
   EXPECT_NE(message.find("NaN"), std::string::npos) << message;
   text.replace(text.find("NaN"), 3, "1e999");
-  EXPECT_NE(message_of([&] { parse_rig(text, "stage.json"); }), "no error");
+  EXPECT_NE(test::refusal_of([&] { parse_rig(text, "stage.json"); }), "");
   expect_refused([](json& r) { r["cameras"][0]["K"][0][0] = nullptr; },
                  {"cam0", "K[0][0]", "expected a number"});
   Rig rig = default_rig();
@@ -231,13 +222,14 @@ TEST(Rig, LeftHandedAndSingularMatricesAreRefused) {
     json rig = with_matrices(1.0, bounds);
     for (auto& camera : rig["cameras"])
       for (auto& row : camera["P"]) row[2] = -row[2].get<double>();
-    const std::string message = message_of([&] { parse_rig(rig.dump(), "stage.json"); });
+    const std::string message = test::refusal_of([&] { parse_rig(rig.dump(), "stage.json"); });
     EXPECT_NE(message.find("left-handed"), std::string::npos) << message;
     EXPECT_NE(message.find("negate the third column"), std::string::npos) << message;
   }
   json rig = with_matrices(1.0, true);
   rig["cameras"][0]["P"][2] = rig["cameras"][0]["P"][1];
-  EXPECT_NE(message_of([&] { parse_rig(rig.dump(), "x"); }).find("singular"), std::string::npos);
+  EXPECT_NE(test::refusal_of([&] { parse_rig(rig.dump(), "x"); }).find("singular"),
+            std::string::npos);
 }
 
 TEST(Rig, OxfordMatricesDecompose) {

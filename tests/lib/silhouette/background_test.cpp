@@ -8,9 +8,12 @@
 #include "base/error.h"
 #include "builtin/shapes.h"
 #include "scene/viewport_control.h"
+#include "support/picture_error.h"
 
 namespace polyhull {
 namespace {
+
+using synthetic::rms;
 
 Scene box_scene() {
   Scene scene;
@@ -31,15 +34,6 @@ Scene box_scene() {
 }
 
 const Camera camera = look_at({1, 1.5, 2}, {0, 0.3, 0}, 45, 48, 32);
-
-double rms(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const Vec3f d = a[i] - b[i];
-    sum += glm::dot(d, d) / 3.0;
-  }
-  return std::sqrt(sum / static_cast<double>(a.size()));
-}
 
 TEST(Background, WorksOnlyWhenSomethingChanged) {
   using Work = Background::Work;

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "packets.h"
+#include "support/folder.h"
 #include "track/packet_error.h"
 #include "track/packet_file.h"
 #include "track/pose_message.h"
@@ -40,9 +41,7 @@ void add_frame(std::string& capture, std::uint32_t microseconds, const std::stri
 
 class PacketFiles : public testing::Test {
  protected:
-  PacketFiles() { std::filesystem::create_directories(folder_); }
-  ~PacketFiles() override { std::filesystem::remove_all(folder_); }
-  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::string path(const char* name) const { return folder_.file(name); }
   std::string write(const char* name, const std::string& bytes) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
     return path(name);
@@ -60,8 +59,7 @@ class PacketFiles : public testing::Test {
   }
 
  private:
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("polyhull_packets" + std::to_string(getpid()));
+  const test::Folder folder_;
 };
 
 TEST_F(PacketFiles, HoldWhatWasWritten) {

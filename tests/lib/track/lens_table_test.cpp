@@ -4,15 +4,14 @@
 #include "track/lens/lens_table.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <numbers>
 #include <random>
 
 #include "base/error.h"
+#include "support/folder.h"
 #include "track/lens/monotone_cubic.h"
 #include "track/tracked_pose.h"
 
@@ -283,15 +282,12 @@ TEST(LensTable, RefusesByLine) {
 }
 
 TEST(LensTable, FilesThatCannotBeRead) {
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("polyhull_lens" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  const std::string path = folder / "a.csv";
+  const test::Folder folder;
+  const std::string path = folder.file("a.csv");
   EXPECT_THROW(load_lens_table(path), Error);
-  EXPECT_THROW(load_lens_table(folder), Error);
+  EXPECT_THROW(load_lens_table(folder.path), Error);
   std::ofstream(path) << "zoom,focal_length_mm\n0,5\n";
   EXPECT_EQ(focal_length(load_lens_table(path), 0), 5.0);
-  std::filesystem::remove_all(folder);
 }
 
 // Whatever a file holds, it is refused or tells finite numbers.
