@@ -95,7 +95,7 @@ def outcome(fence):
     if re.search(r"(^|[ =\"'])data/", code) and not pathlib.Path(os.environ.get("POLYHULL_DATA", "")).is_dir():
         return f"skipped {where}: the real input is not here", None
     try:
-        with PORTS if re.search(r"port|server|client|udp|tcp|srt|--live|is-live", code) else contextlib.nullcontext():
+        with PORTS if re.search(r"\bport\b|server|client|udp|tcp|srt|--live|is-live", code) else contextlib.nullcontext():
             began = time.monotonic()
             result = run(code)
         if result.returncode == 0:

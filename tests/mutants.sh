@@ -119,7 +119,7 @@ short=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
 export GTEST_FILTER=$short GTEST_FAIL_FAST=1
 
 # run_tests TEST...: 0 where all pass, 125 where something does not build. Builds what these need.
-run_tests() { meson test -C "$build" "$@" > "$build/mutant.log" 2>&1 < /dev/null; }
+run_tests() { CK_FORK=no meson test -C "$build" "$@" > "$build/mutant.log" 2>&1 < /dev/null; }
 
 # Without a fault they must pass, or they would notice everything.
 say "building, and running the tests without a fault"

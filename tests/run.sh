@@ -36,18 +36,25 @@ run_tests() {
 
 # run_suite LOG-NAME PATTERN MESON-TEST-ARGUMENT...: those of real time, whose names have PATTERN, come last and two at a
 # time: they need a machine that is not busy, and do little. One that fails has a second try, alone, but for what the
-# sanitizers find.
+# sanitizers find. Under these, those whose sources then ask for no times run beside all others.
 run_suite() {
-  local name=$1 pattern=$2 timed failed test
+  local name=$1 pattern=$2 timed beside="" failed test
   shift 2
   rm -f "$logs/$name"*
-  run_tests "$name" --no-suite real-time "$@"
   timed=$(meson test -C "$polyhull_build" --no-rebuild --list --suite real-time | sed -n "s|.* / \\(.*$pattern.*\\)|\\1|p")
   [ -n "$timed" ] || fail "no test of real time is called '$pattern'"
   run_timed() { meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "$name-$1" "${@:2}" "$1" >&2; }
+  # run_all AT-ONCE NAMES MESON-TEST-ARGUMENT...: prints the names of those that fail.
+  run_all() { xargs -r -P "$1" -I{} bash -c 'run_timed "$@" || echo "$1"' run_timed {} "${@:3}" <<<"$2"; }
   export -f run_timed
   export name polyhull_build
-  failed=$(xargs -P 2 -I{} bash -c 'run_timed "$@" || echo "$1"' run_timed {} "$@" <<<"$timed")
+  if [ "$name" = sanitized ]; then
+    beside=$(cd "$polyhull_source/tests/elements" && grep -l 'in_time = !sanitized()' ./*_test.cpp | sed 's|./\(.*\)_test.cpp|element-\1|')
+    timed=$(grep -vxF "$beside" <<<"$timed")
+  fi
+  exec {beside_failed}< <(run_all 1 "$beside" "$@")
+  run_tests "$name" --no-suite real-time "$@"
+  failed=$(cat <&"$beside_failed"; run_all 2 "$timed" "$@")
   for test in $failed; do
     if [ "$name" = sanitized ]; then
       good=false
@@ -68,6 +75,9 @@ finish() {
   "$polyhull_source/tests/summary.py" "$@" && $good
 }
 
+# All cases of an element test in one process: a process of its own for each takes most of a short case's time, and
+# under the sanitizers nearly all of it. `meson test NAME` gives each one, and so tells which has crashed.
+export CK_FORK=no
 $long || export GTEST_FILTER=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
 
 if $quick; then
@@ -93,7 +103,10 @@ say "building the libraries and elements with the sanitizers"
 if ninja -C "$sanitized" sanitized ${POLYHULL_LONG:+sanitized-long}; then
   say "running the library and element tests on them, $SECONDS s from the start"
   export POLYHULL_SANITIZED=$sanitized
-  run_suite sanitized element- --suite lib --suite elements --suite stress --timeout-multiplier 4 \
+  # Calibration is a static library: without the twins (sanitized-long) its code would run as the plain build has it.
+  calibration=(--no-suite calibration)
+  $long && calibration=()
+  run_suite sanitized element- --suite lib --suite elements --suite stress "${calibration[@]}" --timeout-multiplier 4 \
     --wrapper "$polyhull_source/tests/sanitized.sh"
 else
   good=false

@@ -469,6 +469,7 @@ ELEMENT_TEST(refused_context_is_explained) {
   fail_unless(refused.find("OpenGL") != std::string::npos, "%s", refused.c_str());
   // Where nobody asked for OpenGL the processor draws.
   test::check_ended(test::run_to_end(chain("fakesink")));
+  g_unsetenv("GST_GL_API");  // the other cases may be of the same process
 }
 
 // Each backend changes the same pixels to nearly the same values; a change of it takes effect on the

@@ -98,7 +98,7 @@ TEST(DepthOfField, RemembersNothing) {
 }
 
 TEST(DepthOfField, EvenSurfacesStayEven) {
-  Stage even;
+  Stage even(viewport(), 1);
   std::fill(even.without.pixels.begin(), even.without.pixels.end(), std::uint8_t{140});
   even.with = even.without;
   const Picture drawn = test::drawn(even, lens_of(0.2, 2.5));

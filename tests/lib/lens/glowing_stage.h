@@ -13,6 +13,7 @@
 #include "render/lens/light_layers.h"
 #include "render/processor/processor_renderer.h"
 #include "support/picture_error.h"
+#include "support/run_kind.h"
 #include "synthetic.h"
 
 namespace polyhull::test {
@@ -79,6 +80,12 @@ inline std::vector<TracedSubject> traced(const Hull& hull) {
   return {subject};
 }
 
+/// Paths of a picture that is held against a truth. The sanitized run leaves these cases out
+/// (sanitized_long.txt) where it is not asked for all.
+inline int all_paths() {
+  return sanitized() && std::getenv("POLYHULL_LONG") == nullptr ? 4 : 64;
+}
+
 /// The scene, sharp, and the layers that depth of field is made of.
 struct Stage {
   Hull hull = figure();
@@ -90,10 +97,12 @@ struct Stage {
   RenderPlan plan;
   DepthLayers depths;
 
-  explicit Stage(const Camera& seen_from = viewport()) : camera(seen_from) {
-    without = trace_picture(scene, camera, 64);
+  /// \p paths: to each pixel; one where what is seen does not count.
+  explicit Stage(const Camera& seen_from = viewport(), int paths = all_paths())
+      : camera(seen_from) {
+    without = trace_picture(scene, camera, paths);
     scene.set_subjects(traced(hull));
-    with = trace_picture(scene, camera, 64);
+    with = trace_picture(scene, camera, paths);
     mesh.hull = hull;
     frame.width = width;
     frame.height = height;

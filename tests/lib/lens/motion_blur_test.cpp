@@ -222,7 +222,7 @@ TEST(MotionBlur, PansOverSeveralFramesAreNoCuts) {
 }
 
 TEST(MotionBlur, EvenSurfacesStayEven) {
-  Stage even;
+  Stage even(viewport(), 1);
   std::fill(even.without.pixels.begin(), even.without.pixels.end(), std::uint8_t{140});
   even.with = even.without;
   const Picture drawn = test::drawn(even, shutter_of(moves[2]));
