@@ -150,10 +150,11 @@ std::vector<Piece> pieces_of(const Hull& hull) {
   return sorted;
 }
 
-/// How many pixels of the silhouettes only \p piece covers, farther than \p reach pixels from where
-/// \p rest does; of the camera that has the most.
-int needed_pixels(const Take& take, const Surface& piece, const Surface& rest, int reach) {
-  int most = 0;
+/// How many pixels of each camera's silhouette only \p piece covers, farther than \p reach pixels from
+/// where \p rest does.
+std::vector<int> needed_pixels(const Take& take, const Surface& piece, const Surface& rest,
+                               int reach) {
+  std::vector<int> pixels;
   for (std::size_t k = 0; k < take.cameras.size(); ++k) {
     const Picture own = coverage_of(piece, take.cameras[k]),
                   others = coverage_of(rest, take.cameras[k]);
@@ -167,9 +168,9 @@ int needed_pixels(const Take& take, const Surface& piece, const Surface& rest, i
             covered |= others.row(v)[u] >= 128;
         if (!covered && is_inside(take.contours[k], Vec2(x, y))) ++count;
       }
-    most = std::max(most, count);
+    pixels.push_back(count);
   }
-  return most;
+  return pixels;
 }
 
 struct Sums {
@@ -216,11 +217,13 @@ void judge(const Take& take, const Hull& surface, const Options& options, Sums& 
     const Surface own = surface_of(piece.surface), rest = joined(pieces, i);
     const double far = 1e3 * distance_between(own, surface_of(pieces[0].surface), 200).mean;
     sums.farthest = std::max(sums.farthest, far);
-    const int needed = needed_pixels(take, own, rest, options.reach);
-    sums.needed += needed > 0;
-    if (options.each)
-      std::printf("  %s: piece of %.3f cm3, %.1f mm off, %d px need it\n", take.name.c_str(),
-                  1e6 * piece.volume, far, needed);
+    const std::vector<int> needed = needed_pixels(take, own, rest, options.reach);
+    sums.needed += std::ranges::any_of(needed, [](int pixels) { return pixels > 0; });
+    if (!options.each) continue;
+    std::printf("  %s: piece of %.3f cm3, %.1f mm off; pixels that need it:", take.name.c_str(),
+                1e6 * piece.volume, far);
+    for (const int pixels : needed) std::printf(" %d", pixels);
+    std::printf("\n");
   }
   if (handles != take.handles && options.each)
     std::printf("  %s: %ld handles, %ld in truth\n", take.name.c_str(), handles, take.handles);
@@ -282,6 +285,24 @@ std::vector<Body> bodies(int count) {
   return made;
 }
 
+/// Each kind of fault in the mattes of each of \p clean.
+void measure_faults(const std::string& rig, const std::vector<Take>& clean,
+                    const std::vector<std::vector<Matte>>& mattes, const Options& options,
+                    Table& table) {
+  for (const Fault& fault : faults) {
+    if (!options.kinds.empty() &&
+        std::ranges::find(options.kinds, fault.name) == options.kinds.end())
+      continue;
+    std::vector<Take> takes = clean;
+    for (std::size_t i = 0; i < takes.size(); ++i) {
+      Dice dice(1000 * i + 7);
+      for (const Matte& matte : mattes[i])
+        takes[i].contours.push_back(traced(spoilt(matte, fault, dice)));
+    }
+    measure(rig, fault.name, takes, options, table);
+  }
+}
+
 void measure_rig(const std::string& name, const Options& options, Table& table) {
   const Rig rig = body_rig(name);
   std::vector<std::vector<Matte>> mattes;
@@ -298,30 +319,23 @@ void measure_rig(const std::string& name, const Options& options, Table& table) 
       if (is_closed(piece.surface)) take.handles += 1 - piece.euler / 2;
     clean.push_back(std::move(take));
   }
-  for (const Fault& fault : faults) {
-    if (!options.kinds.empty() &&
-        std::find(options.kinds.begin(), options.kinds.end(), fault.name) == options.kinds.end())
-      continue;
-    std::vector<Take> takes = clean;
-    for (std::size_t i = 0; i < takes.size(); ++i) {
-      Dice dice(1000 * i + 7);
-      for (const Matte& matte : mattes[i])
-        takes[i].contours.push_back(traced(spoilt(matte, fault, dice)));
-    }
-    measure(name, fault.name, takes, options, table);
-  }
+  measure_faults(name, clean, mattes, options, table);
 }
 
-Take recorded(const std::string& folder) {
+/// As it is, or with faults, where they are named, of as many instants.
+void measure_folder(const std::string& folder, Options options, Table& table) {
   const Rig rig = load_rig(folder + "/rig.json");
-  Take take{folder, rig.cameras, {}, rig.bounds, {}, 0};
+  std::vector<Matte> mattes;
   for (const Camera& camera : rig.cameras) {
     const Picture mask = load_picture(folder + "/" + camera.name + ".png", 1);
-    Matte matte;
-    load_matte(mask.pixels.data(), mask.width, 1, mask.width, mask.height, matte);
-    take.contours.push_back(traced(matte));
+    load_matte(mask.pixels.data(), mask.width, 1, mask.width, mask.height, mattes.emplace_back());
   }
-  return take;
+  const std::size_t count = options.kinds.empty() ? 1 : static_cast<std::size_t>(options.instants);
+  if (options.kinds.empty()) options.kinds = {"clean"};
+  std::vector<Take> takes;
+  for (std::size_t i = 0; i < count; ++i)
+    takes.push_back({std::to_string(i), rig.cameras, {}, rig.bounds, {}, 0});
+  measure_faults(folder, takes, std::vector(count, mattes), options, table);
 }
 
 }  // namespace
@@ -336,7 +350,8 @@ int main(int argc, char** argv) {
   command.option("--instants", &options.instants, "Instants of each rig").range(0, 10000);
   command.option("--reach", &options.reach, "Pixels within which what covers a silhouette will do")
       .range(0, 100);
-  command.option("--folder", &options.folders, "Folders with a rig.json and masks");
+  command.option("--folder", &options.folders,
+                 "Instead of rings, folders with a rig.json and a mask of each camera");
   command.flag("--each", &options.each, "A line for each piece");
   command.flag("--no-distance", &options.no_distance, "Leave out distances");
   command.flag("--no-needs", &options.no_needs, "Leave out which pieces are needed");
@@ -346,9 +361,8 @@ int main(int argc, char** argv) {
         options.output + "/loose.csv",
         "rig,fault,quality,instants,with_loose,loose,needed,hollows,largest_cm3,farthest_mm,"
         "handles,handles_lost,volume_l,mean_mm,p95_mm,ms");
-    for (const std::string& folder : options.folders)
-      measure("folder", folder.c_str(), {recorded(folder)}, options, table);
-    if (options.instants > 0)
+    for (const std::string& folder : options.folders) measure_folder(folder, options, table);
+    if (options.folders.empty())
       for (const std::string& rig : options.rigs) measure_rig(rig, options, table);
     return 0;
   });
