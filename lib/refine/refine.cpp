@@ -36,11 +36,15 @@ constexpr float thinnest = 0.45f;
 constexpr float doubtful = -0.05f;
 /// Handles that are less deep, and that no silhouette needs, are cut.
 constexpr float thin_handle = 0.05f;
+/// Tunnels that nowhere are farther from their walls, and that no silhouette shows, are filled.
+constexpr float narrow_tunnel = 0.5f;
 /// By how much outlines may contradict each other: cells, which is what the surface rounds, and
 /// pixels, which is what mattes and calibrations are wrong by.
 constexpr float unsure_cells = 0.5f, unsure_pixels = 4.0f;
-/// A loose piece has to come as near to a ray that needs it, pixels.
-constexpr float covering_pixels = 2.0f;
+/// A loose piece has to cover what is so far inwards of the outline that needs it, pixels.
+constexpr float covering_pixels = 1.0f;
+/// A hole that goes no farther beyond its outline is none for certain, pixels.
+constexpr float hole_pixels = 2.0f;
 /// How often the pictures are asked.
 constexpr int photo_rounds = 3;
 
@@ -277,7 +281,9 @@ void HullRefiner::State::tidy() {
     const auto needed = [&](const Vec3f& node) {
       return is_needed(node, fine, runs, rays, unsure);
     };
-    if (cut_thin_handles(fine[p], runs[p], thin_handle, needed, labels) > 0)
+    if (fill_narrow_tunnels(fine[p], narrow_tunnel, hole_pixels / pixels, labels) > 0)
+      runs[p] = find_runs(fine[p], 0.0f);
+    if (runs[p].handles > 0 && cut_thin_handles(fine[p], runs[p], thin_handle, needed, labels) > 0)
       runs[p] = find_runs(fine[p], 0.0f);
   }
   statistics.pieces_dropped = static_cast<std::uint32_t>(drop_unneeded_components(

@@ -13,8 +13,8 @@
 ///   2. from there the same on the grid itself;
 ///   3. on a grid of half the cell f is fitted to the rims once more and cut at the exact hull
 ///      (fine_field.h);
-///   4. handles a hair thin are cut (pieces/handles.h), and pieces that no silhouette needs are
-///      left out (pieces/components.h);
+///   4. narrow tunnels that no silhouette shows are filled and handles a hair thin cut
+///      (pieces/handles.h), and pieces that no silhouette needs are left out (pieces/components.h);
 ///   5. f = 0 as triangles, as large as its bends and the rims allow (merge/merged_cells.h).
 ///
 /// It depends on this instant's silhouettes only: nothing lags behind what moves.

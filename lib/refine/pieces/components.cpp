@@ -15,6 +15,8 @@ namespace {
 /// How near a rim is to the nodes of what it touches, cells: they are half a cell apart, and of what
 /// is thin (thin_parts.h) only those at its middle are inside.
 constexpr float touching = 0.75f;
+/// So many rays, half a cell apart, have to need a component: what fewer do is noise of the outline.
+constexpr int least_rays = 2;
 
 /// All levels' components, the largest ones first.
 struct Components {
@@ -127,46 +129,43 @@ std::vector<std::uint32_t> components_near(const ContactRay& ray, std::span<cons
   return found;
 }
 
-/// Whether the surface of component \p c, of \p level, comes within \p reach of \p ray: where a node
-/// of it does, or the place between it and one outside where f is 0.
+/// \p ray as far \p inwards of its outline.
+ContactRay inside(ContactRay ray, float inwards) {
+  ray.origin -= inwards * ray.normal;
+  return ray;
+}
+
+/// Whether component \p c, of \p level, covers what is \p inwards of \p ray's outline: whether the ray
+/// moved by so much passes through it. An outline need not be exact to a pixel, and a line of the
+/// silhouette that is no wider shows nothing: behind it the hull ends, and so does f.
 bool covers(const Components& components, std::uint32_t c, const Level& level,
-            const LevelRuns& runs, const ContactRay& ray, float reach) {
+            const LevelRuns& runs, const ContactRay& ray) {
   const Grid& grid = level.grid;
-  const Vec3f way = glm::normalize(ray.direction);
-  const auto near = [&](const Vec3f& point) {
-    const Vec3f off = glm::cross(point - ray.origin, way);
-    return glm::dot(off, off) <= reach * reach;
-  };
-  const std::size_t steps[] = {1, grid.row(), grid.slab()};
-  const auto reaches = [&](std::size_t node, const Vec3f& at) {
-    if (near(at)) return true;
-    const float inside = level.values[node];
-    for (int k = 0; k < 3; ++k)
-      for (const float sign : {-1.0f, 1.0f}) {
-        const float beside = level.values[sign < 0.0f ? node - steps[k] : node + steps[k]];
-        if (beside > 0.0f) continue;
-        Vec3f point = at;
-        point[k] += sign * grid.cell * inside / (inside - beside);
-        if (near(point)) return true;
-      }
-    return false;
-  };
-  const auto row_of = [&](const Vec3f& corner, int k) {
-    return static_cast<int>(std::lround((corner[k] - grid.low[k]) / grid.cell));
-  };
+  Grid around = grid;  // of the component's box, and a node more
   const Box& box = components.boxes[c];
-  for (int z = row_of(box.low, 2); z <= row_of(box.high, 2); ++z)
-    for (int y = row_of(box.low, 1); y <= row_of(box.high, 1); ++y)
-      for (const Run& run : runs.row(static_cast<std::size_t>(z) * grid.ny + y))
-        for (int x = run.begin; x < run.end && run.component == c; ++x)
-          if (reaches(grid.node(x, y, z), grid.position(x, y, z))) return true;
+  const Vec3f size = (box.high - box.low) / grid.cell;
+  around.low = box.low - grid.cell;
+  around.nx = static_cast<int>(size.x + 0.5f) + 3;
+  around.ny = static_cast<int>(size.y + 0.5f) + 3;
+  around.nz = static_cast<int>(size.z + 0.5f) + 3;
+  float from = 0.0f, to = 0.0f;
+  if (!clip(ray, around, from, to)) return false;
+  const float step = 0.1f * grid.cell / glm::length(ray.direction);
+  std::vector<std::uint32_t> found;
+  for (int i = 0; from + step * static_cast<float>(i) <= to; ++i) {
+    const Vec3f point = ray.point(from + step * static_cast<float>(i));
+    if (sample(grid, level.values.data(), point) <= 0.0f) continue;
+    found.clear();
+    look_around(runs, grid, (point - grid.low) / grid.cell, 1.0f, found);
+    if (std::find(found.begin(), found.end(), c) != found.end()) return true;
+  }
   return false;
 }
 
 }  // namespace
 
 std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRuns> runs,
-                                     const ContactRays& rays, float unsure, float covering,
+                                     const ContactRays& rays, float unsure, float inwards,
                                      int threads) {
   std::uint32_t count = 0;
   for (const LevelRuns& level : runs) count += level.components;
@@ -177,8 +176,8 @@ std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRun
     for (std::size_t i = begin; i < end; ++i) {
       touched[i].at_rim = component_at_rim(rays.rays[i], fine, components);
       if (touched[i].at_rim > 0)
-        touched[i].nearby =
-            components_near(rays.rays[i], fine, components.levels, unsure, Wanted::all);
+        touched[i].nearby = components_near(inside(rays.rays[i], inwards), fine, components.levels,
+                                            unsure, Wanted::all);
     }
   });
   std::vector<bool> needed(count, false);
@@ -189,10 +188,18 @@ std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRun
     return ray.at_rim == c &&
            std::none_of(ray.nearby.begin(), ray.nearby.end(),
                         [&](std::uint32_t other) { return needed[other]; }) &&
-           covers(components, c, fine[part], components.levels[part], rays.rays[i], covering);
+           covers(components, c, fine[part], components.levels[part],
+                  inside(rays.rays[i], inwards));
   };
-  for (std::uint32_t c = 1; c < count; ++c)
-    for (std::size_t i = 0; i < touched.size() && !needed[c]; ++i) needed[c] = needs(i, c);
+  // Once more, since smaller ones may have turned out to be enough.
+  for (int round = 0; round < 2; ++round)
+    for (std::uint32_t c = 1; c < count; ++c) {
+      needed[c] = false;
+      int needing = 0;
+      for (std::size_t i = 0; i < touched.size() && needing < least_rays; ++i)
+        needing += needs(i, c);
+      needed[c] = needing == least_rays;
+    }
   for (std::size_t p = 0; p < fine.size(); ++p)
     for (std::size_t r = 0; r < fine[p].rows.size(); ++r)
       for (const Run& run : components.levels[p].row(r)) {

@@ -4,8 +4,8 @@
 ///
 /// Where silhouettes contradict each other by a pixel or two, a ray touches the body nowhere exactly,
 /// but some thin fin of the hull that stands off it, and the fit there makes a crumb. A component is
-/// needed where a ray touches it that passes by all larger ones that are needed, farther than
-/// outlines are sure, and whose pixel it covers: a ball that was thrown, a hand whose arm is hidden.
+/// needed where some rays touch it that pass by all others that are needed, farther than outlines are
+/// sure, and where it covers pixels of the silhouette: a ball that was thrown, a hand whose arm is hidden.
 #pragma once
 
 #include <span>
@@ -16,8 +16,8 @@ namespace polyhull::refine {
 
 /// Puts the nodes of components that no ray needs outside of the surface; the largest component
 /// stays. \p runs of \p fine, each level's, at 0, and \p rays with their rims there. A ray passes a
-/// component by where no node of it is within \p unsure of the ray; one covers it whose surface is within
-/// \p covering. Returns how many were dropped.
+/// component by where no node of it is within \p unsure of the ray; one covers it that the ray
+/// passes through \p covering inwards of its outline. Returns how many were dropped.
 std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRuns> runs,
                                      const ContactRays& rays, float unsure, float covering,
                                      int threads);

@@ -14,29 +14,45 @@ namespace {
 /// A node's neighbourhood: bit 13 + dx + 3 dy + 9 dz; its own is bit 13.
 using Around = std::uint32_t;
 constexpr int own = 13;
+/// Of f, in what is filled.
+constexpr float least_fill = 0.02f;
 
-struct AroundTables {
-  Around sides = 0, edges = 0;    ///< the six neighbours, and the eighteen
-  std::array<Around, 27> next{};  ///< which of the eighteen are side by side with each
+/// How nodes of a kind hang together: over faces of cells those inside, over edges and corners, too, those
+/// outside.
+struct Adjacency {
+  Around beside = 0;              ///< the neighbours that a node hangs together with
+  Around within = 0;              ///< by way of which these may hang together around it
+  std::array<Around, 27> next{};  ///< which of the neighbours hang together with each
 
-  AroundTables() {
-    const auto square = [](int a, int b) {
+  /// Neighbours are up to \p square apart, squared, and meet around a node within \p around.
+  Adjacency(int square, int around) {
+    const auto apart = [](int a, int b) {
       const int x = a % 3 - b % 3, y = a / 3 % 3 - b / 3 % 3, z = a / 9 - b / 9;
       return x * x + y * y + z * z;
     };
     for (int a = 0; a < 27; ++a) {
-      if (square(a, own) == 1) sides |= 1u << a;
-      if (square(a, own) == 1 || square(a, own) == 2) edges |= 1u << a;
+      if (a == own) continue;
+      if (apart(a, own) <= square) beside |= 1u << a;
+      if (apart(a, own) <= around) within |= 1u << a;
       for (int b = 0; b < 27; ++b)
-        if (square(a, b) == 1 && b != own) next[a] |= 1u << b;
+        if (a != b && b != own && apart(a, b) <= square) next[a] |= 1u << b;
     }
+  }
+  static const Adjacency& of_inside() {
+    static const Adjacency six(1, 2);
+    return six;
+  }
+  static const Adjacency& of_outside() {
+    static const Adjacency all(3, 3);
+    return all;
   }
 };
 
-/// The part of \p among that hangs together with the bit \p from by \p next.
-Around flood(int from, Around among, const std::array<Around, 27>& next) {
+/// The part of \p among that hangs together with the bit \p from by \p next, or at least what it has of
+/// \p wanted.
+Around flood(int from, Around among, Around wanted, const std::array<Around, 27>& next) {
   Around found = 1u << from, front = found;
-  while (front != 0) {
+  while (front != 0 && (wanted & ~found) != 0) {
     const int bit = std::countr_zero(front);
     front &= front - 1;
     const Around more = next[bit] & among & ~found;
@@ -46,67 +62,79 @@ Around flood(int from, Around among, const std::array<Around, 27>& next) {
   return found;
 }
 
-/// Puts the thin nodes of a level back.
+/// Of nodes that hang together with none: one that would close a loop, one that was not tried yet, one
+/// of the other side, and one that is not said to be anything. Lower labels are of the forest.
+constexpr std::uint32_t refused = 0xfffffffc, absent = 0xfffffffd, other_side = 0xfffffffe,
+                        unsaid = 0xffffffff;
+/// Of the outside's parts, the one that is no hollow (Run::before).
+constexpr std::uint32_t around_all = 0;
+
+/// Labels of a grid's nodes, all unsaid before and after.
+class Labels {
+ public:
+  Labels(std::vector<std::uint32_t>& labels, const Grid& grid) : labels_(labels) {
+    labels_.resize(std::max(labels_.size(), grid.size()), unsaid);
+  }
+  ~Labels() {
+    for (const auto& [first, count] : said_) fill(first, count, unsaid);
+  }
+  Labels(const Labels&) = delete;
+  Labels& operator=(const Labels&) = delete;
+
+  void say(std::size_t first, int count, std::uint32_t label) {
+    said_.emplace_back(first, count);
+    fill(first, count, label);
+  }
+  std::uint32_t& operator[](std::size_t node) { return labels_[node]; }
+
+ private:
+  void fill(std::size_t first, int count, std::uint32_t label) {
+    std::fill_n(labels_.begin() + static_cast<std::ptrdiff_t>(first), count, label);
+  }
+  std::vector<std::uint32_t>& labels_;
+  std::vector<std::pair<std::size_t, int>> said_;
+};
+
+/// Calls body(the first node of row r, its runs) for each row.
+template <typename Body>
+void each_row(const LevelRuns& runs, const Grid& grid, const Body& body) {
+  for (std::size_t r = 0; r + 1 < runs.first.size(); ++r) body(r * grid.row(), runs.row(r));
+}
+
+/// Puts nodes back to what they were taken from, all but those that would close a loop of it.
 class Regrowth {
  public:
-  Regrowth(Level& level, const LevelRuns& runs, float hair,
-           const std::function<bool(const Vec3f&)>& needed, std::vector<std::uint32_t>& labels)
-      : level_(level), grid_(level.grid), runs_(runs), needed_(needed), labels_(labels) {
-    labels_.resize(std::max(labels_.size(), grid_.size()), outside_label);
-    each_run(runs, [&](std::size_t first, const Run& run) {
-      for (std::size_t i = first, end = first + length(run); i < end; ++i)
-        if (level.values[i] <= hair) labels_[i] = absent, thin_.push_back(i);
-    });
-    const LevelRuns core = find_runs(level, hair);
-    each_run(core, [&](std::size_t first, const Run& run) {
-      std::fill_n(labels_.begin() + static_cast<std::ptrdiff_t>(first), length(run), run.component);
-    });
-    parent_.resize(core.components);
+  /// Of \p labels those that are no constants are below \p components. What is unsaid is of the other
+  /// side, but where \p outside, f, is not above 0: \p around_all.
+  Regrowth(const Grid& grid, const Adjacency& adjacency, Labels& labels, std::uint32_t components,
+           const float* outside, const std::function<bool(const Vec3f&)>& needed)
+      : grid_(grid),
+        adjacency_(adjacency),
+        labels_(labels),
+        outside_(outside),
+        needed_(needed),
+        parent_(components) {
     std::iota(parent_.begin(), parent_.end(), 0u);
     for (int k = 0; k < 27; ++k)
       step_[k] = (k / 9 - 1) * static_cast<std::ptrdiff_t>(grid_.slab()) +
                  (k / 3 % 3 - 1) * static_cast<std::ptrdiff_t>(grid_.row()) + k % 3 - 1;
   }
-  ~Regrowth() {
-    each_run(runs_, [&](std::size_t first, const Run& run) {
-      std::fill_n(labels_.begin() + static_cast<std::ptrdiff_t>(first), length(run), outside_label);
-    });
-  }
-  Regrowth(const Regrowth&) = delete;
-  Regrowth& operator=(const Regrowth&) = delete;
 
-  /// Returns how many nodes stay out, and puts them outside of the surface.
-  std::size_t run() {
-    std::vector<std::size_t> order = thin_;
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return level_.values[a] > level_.values[b];
-    });
-    for (const std::size_t node : order) put_back(node);
-    std::size_t count = 0;
-    for (const std::size_t node : thin_) {
-      if (labels_[node] < waiting) continue;
-      level_.values[node] = -level_.values[node];
-      ++count;
+  /// Of \p node, and of those that were refused beside it.
+  void put_back(std::size_t node) {
+    todo_.assign(1, node);
+    while (!todo_.empty()) {
+      const std::size_t next = todo_.back();
+      todo_.pop_back();
+      if (is_back(next)) continue;
+      if (!try_node(next)) continue;
+      for (int bit = 0; bit < 27; ++bit)
+        if (labels_[beside(next, bit)] == refused) todo_.push_back(beside(next, bit));
     }
-    return count;
   }
+  bool is_back(std::size_t node) { return labels_[node] < refused; }
 
  private:
-  /// Of nodes inside that are no part of the forest, tried or not, one that no ray needs, and of nodes
-  /// outside; lower labels are of the forest.
-  static constexpr std::uint32_t waiting = 0xfffffffc, unneeded = 0xfffffffd, absent = 0xfffffffe,
-                                 outside_label = 0xffffffff;
-
-  static std::size_t length(const Run& run) {
-    return static_cast<std::size_t>(run.end - run.begin);
-  }
-  /// Calls body(first node, run) for each run of \p some.
-  template <typename Body>
-  void each_run(const LevelRuns& some, const Body& body) const {
-    for (std::size_t r = 0; r + 1 < some.first.size(); ++r)
-      for (const Run& run : some.row(r))
-        body(r * grid_.row() + static_cast<std::size_t>(run.begin), run);
-  }
   std::size_t beside(std::size_t node, int bit) const {
     return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(node) + step_[bit]);
   }
@@ -114,30 +142,34 @@ class Regrowth {
     while (parent_[label] != label) label = parent_[label] = parent_[parent_[label]];
     return label;
   }
+  std::uint32_t label_of(std::size_t node) {
+    const std::uint32_t label = labels_[node];
+    if (label != unsaid) return label;
+    return outside_ != nullptr && !(outside_[node] > 0.0f) ? around_all : other_side;
+  }
   /// Asked once, since a node is tried again and again.
   bool is_needed(std::size_t node) {
-    if (labels_[node] == unneeded) return false;
+    if (labels_[node] == refused) return false;
     const std::size_t row = node / grid_.row();
     const bool needed =
         needed_(grid_.position(static_cast<int>(node % grid_.row()),
                                static_cast<int>(row) % grid_.ny, static_cast<int>(row) / grid_.ny));
-    if (!needed) labels_[node] = unneeded;
+    if (!needed) labels_[node] = refused;
     return needed;
   }
   /// Whether \p node, which is at no border of the grid, may go back, and went.
   bool try_node(std::size_t node) {
-    static const AroundTables tables;
-    Around inside = 0;
+    Around same = 0;
     std::uint32_t label[27];
     for (int bit = 0; bit < 27; ++bit) {
-      label[bit] = labels_[beside(node, bit)];
-      inside |= static_cast<Around>(label[bit] < waiting) << bit;
+      label[bit] = label_of(beside(node, bit));
+      same |= static_cast<Around>(label[bit] < refused) << bit;
     }
-    std::uint32_t joined[6];
+    std::uint32_t joined[27];  // at most eight; the compiler does not know
     int count = 0;
-    for (Around left = inside & tables.sides; left != 0;) {
+    for (Around left = same & adjacency_.beside; left != 0;) {
       const int bit = std::countr_zero(left);
-      left &= ~flood(bit, inside & tables.edges, tables.next);
+      left &= ~flood(bit, same & adjacency_.within, left, adjacency_.next);
       joined[count++] = root(label[bit]);
     }
     std::sort(joined, joined + count);
@@ -151,40 +183,116 @@ class Regrowth {
     labels_[node] = joined[0];
     return true;
   }
-  /// Of \p node, and of those that waited for it.
-  void put_back(std::size_t node) {
-    todo_.assign(1, node);
-    while (!todo_.empty()) {
-      const std::size_t next = todo_.back();
-      todo_.pop_back();
-      if (labels_[next] < waiting) continue;
-      if (!try_node(next)) {
-        if (labels_[next] == absent) labels_[next] = waiting;
-        continue;
-      }
-      for (int bit = 0; bit < 27; ++bit) {
-        const std::uint32_t label = labels_[beside(next, bit)];
-        if (label == waiting || label == unneeded) todo_.push_back(beside(next, bit));
-      }
-    }
-  }
 
-  Level& level_;
   const Grid& grid_;
-  const LevelRuns& runs_;
+  const Adjacency& adjacency_;
+  Labels& labels_;
+  const float* outside_;
   const std::function<bool(const Vec3f&)>& needed_;
-  std::vector<std::uint32_t>& labels_;  ///< of nodes: of the forest, or none
-  std::ptrdiff_t step_[27];             ///< to the neighbours, by bit
-  std::vector<std::uint32_t> parent_;   ///< the forest of what hangs together
-  std::vector<std::size_t> thin_, todo_;
+  std::ptrdiff_t step_[27];            ///< to the neighbours, by bit
+  std::vector<std::uint32_t> parent_;  ///< the forest of what hangs together
+  std::vector<std::size_t> todo_;
 };
+
+/// A node that is taken out, and f there.
+struct Taken {
+  std::size_t node = 0;
+  float value = 0.0f;
+};
+
+/// Puts \p taken back, those first of which \p sign times f is the largest.
+void put_back(Regrowth& regrowth, std::vector<Taken>& taken, float sign) {
+  std::stable_sort(taken.begin(), taken.end(),
+                   [&](const Taken& a, const Taken& b) { return sign * a.value > sign * b.value; });
+  for (const Taken& one : taken) regrowth.put_back(one.node);
+}
+
+/// Whether \p node, two nodes or more from the grid's border, is between two walls: whether along an axis
+/// or a diagonal there are nodes inside one or two steps to either side.
+bool is_between_walls(const Level& level, std::size_t node) {
+  const auto row = static_cast<std::ptrdiff_t>(level.grid.row());
+  const auto slab = static_cast<std::ptrdiff_t>(level.grid.slab());
+  const float* f = level.values.data() + node;
+  for (int bit = own + 1; bit < 27; ++bit) {
+    const std::ptrdiff_t step = (bit / 9 - 1) * slab + (bit / 3 % 3 - 1) * row + bit % 3 - 1;
+    if ((f[step] > 0.0f || f[2 * step] > 0.0f) && (f[-step] > 0.0f || f[-2 * step] > 0.0f))
+      return true;
+  }
+  return false;
+}
+
+/// Fills all nodes outside that are between walls, less than \p depth deep there and at most \p beyond
+/// outside the hull: as deep inside as they were outside, where the hull allows.
+std::vector<Taken> fill_all(Level& level, float depth, float beyond) {
+  std::vector<Taken> taken;
+  for (std::size_t r = 0; r < level.rows.size(); ++r)
+    for (int x = level.rows[r].begin; x < level.rows[r].end; ++x) {
+      const std::size_t node = r * level.grid.row() + static_cast<std::size_t>(x);
+      const float value = level.values[node];
+      if (value <= 0.0f && value > -depth && level.hull[node] >= -beyond &&
+          is_between_walls(level, node))
+        taken.push_back({node, value});
+    }
+  for (const Taken& one : taken)
+    level.values[one.node] = std::max(std::min(-one.value, level.hull[one.node]), least_fill);
+  return taken;
+}
 
 }  // namespace
 
 std::size_t cut_thin_handles(Level& level, const LevelRuns& runs, float hair,
                              const std::function<bool(const Vec3f& node)>& needed,
                              std::vector<std::uint32_t>& labels) {
-  return Regrowth(level, runs, hair, needed, labels).run();
+  Labels of_nodes(labels, level.grid);
+  std::vector<Taken> thin;
+  each_row(runs, level.grid, [&](std::size_t row, std::span<const Run> some) {
+    for (const Run& run : some) {
+      of_nodes.say(row + static_cast<std::size_t>(run.begin), run.end - run.begin, absent);
+      for (std::size_t i = row + static_cast<std::size_t>(run.begin);
+           i < row + static_cast<std::size_t>(run.end); ++i)
+        if (level.values[i] <= hair) thin.push_back({i, level.values[i]});
+    }
+  });
+  const LevelRuns core = find_runs(level, hair);
+  each_row(core, level.grid, [&](std::size_t row, std::span<const Run> some) {
+    for (const Run& run : some)
+      of_nodes.say(row + static_cast<std::size_t>(run.begin), run.end - run.begin, run.component);
+  });
+  Regrowth regrowth(level.grid, Adjacency::of_inside(), of_nodes, core.components, nullptr, needed);
+  put_back(regrowth, thin, 1.0f);
+  std::size_t count = 0;
+  for (const Taken& one : thin) {
+    if (regrowth.is_back(one.node)) continue;
+    level.values[one.node] = -one.value;
+    ++count;
+  }
+  return count;
+}
+
+std::size_t fill_narrow_tunnels(Level& level, float depth, float beyond,
+                                std::vector<std::uint32_t>& labels) {
+  const std::function<bool(const Vec3f&)> never = [](const Vec3f&) { return false; };
+  std::vector<Taken> narrow = fill_all(level, depth, beyond);
+  const LevelRuns full = find_runs(level, 0.0f);
+  Labels of_nodes(labels, level.grid);
+  each_row(full, level.grid, [&](std::size_t row, std::span<const Run> some) {
+    for (std::size_t i = 1; i < some.size(); ++i)
+      if (some[i].before != around_all)
+        of_nodes.say(row + static_cast<std::size_t>(some[i - 1].end),
+                     some[i].begin - some[i - 1].end, some[i].before);
+  });
+  for (const Taken& one : narrow) of_nodes.say(one.node, 1, absent);
+  Regrowth regrowth(level.grid, Adjacency::of_outside(), of_nodes, full.hollows + 1,
+                    level.values.data(), never);
+  put_back(regrowth, narrow, -1.0f);
+  std::size_t count = 0;
+  for (const Taken& one : narrow) {
+    if (regrowth.is_back(one.node))
+      level.values[one.node] = one.value;
+    else
+      ++count;
+  }
+  return count;
 }
 
 }  // namespace polyhull::refine

@@ -46,10 +46,10 @@ class Sets {
   std::vector<std::uint32_t> root_;
 };
 
-/// The parts of the outside that do not reach the grid's border. Outside are in each row the gaps behind
-/// runs, and all beside them, which reaches the border.
-std::int64_t count_hollows(const LevelRuns& level, const Grid& grid) {
-  constexpr std::uint32_t border = 0;  // else a gap's number is that of the run before it, plus 1
+/// Numbers the parts of the outside that do not reach the grid's border. Outside are in each row the
+/// gaps before runs, and all beside them, which reaches the border.
+void find_hollows(LevelRuns& level, const Grid& grid) {
+  constexpr std::uint32_t border = 0;  // else a gap's number is that of the run behind it
   Sets sets(level.runs.size() + 1);
   const auto gap_before = [&](std::size_t r, std::size_t i) {
     const std::span<const Run> row = level.row(r);
@@ -81,10 +81,11 @@ std::int64_t count_hollows(const LevelRuns& level, const Grid& grid) {
       if (z > 0 && y > 0) join_rows(r, r - ny - 1);
       if (z > 0 && y + 1 < ny) join_rows(r, r - ny + 1);
     }
-  std::int64_t hollows = 0;
   for (std::size_t r = 0; r < ny * nz; ++r)
-    each_gap(r, [&](std::uint32_t gap) { hollows += sets.find(gap) == gap; });
-  return hollows;
+    each_gap(r, [&](std::uint32_t gap) {
+      const std::uint32_t first = sets.find(gap);
+      level.runs[gap].before = first == gap ? ++level.hollows : level.runs[first].before;
+    });
 }
 
 /// Numbers components, and counts handles by Euler's formula: a run is a point, as far as topology
@@ -116,8 +117,8 @@ void join(LevelRuns& level, const Grid& grid) {
     const std::uint32_t first = sets.find(i);
     level.runs[i].component = first == i ? level.components++ : level.runs[first].component;
   }
-  level.hollows = count_hollows(level, grid);
-  level.handles = level.components - euler + level.hollows;
+  find_hollows(level, grid);
+  level.handles = std::int64_t{level.components} - euler + level.hollows;
 }
 
 }  // namespace

@@ -17,6 +17,9 @@ namespace polyhull::refine {
 struct Run {
   int begin = 0, end = 0;
   std::uint32_t component = 0;
+  std::uint32_t before =
+      0;  ///< what is outside between it and the run before: a hollow, from 1 on;
+          ///< 0: what is around all
 };
 
 struct LevelRuns {
@@ -24,7 +27,7 @@ struct LevelRuns {
   std::vector<std::uint32_t> first;  ///< of each row, and one past the last
   std::uint32_t components = 0;      ///< numbered from 0 on in the order of their first nodes
   std::int64_t handles = 0;          ///< holes through it
-  std::int64_t hollows = 0;          ///< parts of the outside that it encloses
+  std::uint32_t hollows = 0;         ///< parts of the outside that it encloses
 
   std::span<const Run> row(std::size_t r) const {
     return {runs.data() + first[r], first[r + 1] - first[r]};

@@ -138,34 +138,73 @@ refine::Level empty_level(int nx, int ny, int nz) {
   refine::Level level;
   level.grid = {Vec3f(0.0f), 0.5f, nx, ny, nz};
   level.values.assign(level.grid.size(), -1.0f);
+  level.hull.assign(level.grid.size(), 1.0f);
   level.rows.assign(static_cast<std::size_t>(ny) * nz, {0, nx});
   return level;
 }
 
-/// Whether a piece of \p nodes nodes stays where a ray passes it \p beside its first one.
-bool stays(int nodes, float beside) {
+/// A body, larger than what tests put beside it, at x of up to 9.
+refine::Level level_with_body() {
   refine::Level level = empty_level(40, 20, 20);
   for (int z = 5; z < 15; ++z)
     for (int y = 5; y < 15; ++y)
       for (int x = 2; x < 10; ++x) level.values[level.grid.node(x, y, z)] = 1.0f;
+  return level;
+}
+
+/// A ray with its rim at node (x, y, z), from a silhouette that is on the side of larger x.
+refine::ContactRay ray_at(const refine::Level& level, int x, int y, int z, const Vec3f& way) {
+  refine::ContactRay ray;
+  ray.origin = level.grid.position(x, y, z) - 20.0f * way;
+  ray.direction = way;
+  ray.normal = Vec3f(-1.0f, 0.0f, 0.0f);
+  ray.depth = 20.0f;
+  return ray;
+}
+
+std::size_t dropped(refine::Level& level, const refine::ContactRays& rays) {
+  return refine::drop_unneeded_components({&level, 1}, {refine::find_runs(level, 0.0f)}, rays, 1.2f,
+                                          0.2f, 1);
+}
+
+/// Whether a piece of \p nodes nodes stays where an outline, of \p count rays, passes it \p beside its first
+/// one.
+bool stays(int nodes, float beside, std::size_t count = 2) {
+  refine::Level level = level_with_body();
   for (int i = 0; i < nodes; ++i)
     level.values[level.grid.node(30 + i % 2, 10 + i / 2 % 2, 10 + i / 4)] = 1.0f;
   refine::ContactRays rays;
-  rays.rays.emplace_back();
-  rays.rays[0].origin = level.grid.position(30, 10, 10) - Vec3f(beside, 0.0f, 20.0f);
-  rays.rays[0].direction = Vec3f(0.0f, 0.0f, 1.0f);
-  rays.rays[0].depth = 20.0f;
-  return refine::drop_unneeded_components({&level, 1}, {refine::find_runs(level, 0.0f)}, rays, 1.2f,
-                                          0.36f, 1) == 0;
+  rays.rays.assign(count, ray_at(level, 30, 10, 10, Vec3f(0.0f, 0.0f, 1.0f)));
+  for (refine::ContactRay& ray : rays.rays) ray.origin.x -= beside;
+  return dropped(level, rays) == 0;
 }
 
-// The surface is a quarter of a cell beside the nodes.
+// The surface is a quarter of a cell beside the nodes, a pixel a fifth of one.
 TEST(Components, OnesThatCoverNoPixelOfTheRayAreDropped) {
   for (const int nodes : {1, 8}) {
     EXPECT_TRUE(stays(nodes, 0.0f));
-    EXPECT_TRUE(stays(nodes, 0.55f));
-    EXPECT_FALSE(stays(nodes, 0.65f));
+    EXPECT_FALSE(stays(nodes, 0.0f, 1));
+    EXPECT_TRUE(stays(nodes, 0.4f));
+    EXPECT_FALSE(stays(nodes, 0.5f));
     EXPECT_FALSE(stays(nodes, 2.0f));
+    EXPECT_EQ(stays(nodes, -0.1f), nodes == 8);
+  }
+}
+
+// Of two pieces one behind the other, the larger one is what an outline needs, until another needs the
+// smaller one.
+TEST(Components, OnesThatSmallerOnesMakeNeedlessAreDropped) {
+  for (const bool second : {false, true}) {
+    refine::Level level = level_with_body();
+    for (int z = 4; z < 8; ++z) level.values[level.grid.node(30, 10, z)] = 1.0f;
+    for (int z = 14; z < 16; ++z) level.values[level.grid.node(30, 10, z)] = 1.0f;
+    refine::ContactRays rays;
+    rays.rays.assign(2, ray_at(level, 30, 10, 5, Vec3f(0.0f, 0.0f, 1.0f)));
+    if (second)
+      rays.rays.insert(rays.rays.end(), 2, ray_at(level, 30, 10, 14, Vec3f(0.0f, 1.0f, 0.0f)));
+    EXPECT_EQ(dropped(level, rays), 1u);
+    EXPECT_EQ(level.values[level.grid.node(30, 10, 5)] > 0.0f, !second);
+    EXPECT_EQ(level.values[level.grid.node(30, 10, 14)] > 0.0f, second);
   }
 }
 
@@ -209,15 +248,15 @@ TEST(Handles, AreCutBesideAHollow) {
     level.values[level.grid.node(x, y, 4)] = -0.5f;
   const refine::LevelRuns before = refine::find_runs(level, 0.0f);
   EXPECT_EQ(before.handles, 1);
-  EXPECT_EQ(before.hollows, 1);
+  EXPECT_EQ(before.hollows, 1u);
   const auto never = [](const Vec3f&) { return false; };
   EXPECT_EQ(refine::cut_thin_handles(level, before, 0.05f, never, labels), 1u);
   const refine::LevelRuns after = refine::find_runs(level, 0.0f);
   EXPECT_EQ(after.handles, 0);
-  EXPECT_EQ(after.hollows, 1);
+  EXPECT_EQ(after.hollows, 1u);
   for (const auto& [x, y, z] : {std::tuple(10, 3, 3), {9, 2, 2}})
     level.values[level.grid.node(x, y, z)] = -0.5f;
-  EXPECT_EQ(refine::find_runs(level, 0.0f).hollows, 0);
+  EXPECT_EQ(refine::find_runs(level, 0.0f).hollows, 0u);
 }
 
 // What is thin but no handle is left as it is: a ring whose hole is filled less deep, and an end.
@@ -254,6 +293,71 @@ TEST(Handles, ANodeIsAskedAboutOnce) {
   EXPECT_GT(asked.size(), 1u);
 }
 
+/// A slab with a hole of \p width nodes square along z, in which f is \p value and at one end -.2.
+refine::Level tunnel(int width, float value) {
+  refine::Level level = empty_level(24, 16, 12);
+  for (int z = 3; z < 9; ++z)
+    for (int y = 2; y < 14; ++y)
+      for (int x = 2; x < 22; ++x) {
+        const bool hole = x >= 8 && x < 8 + width && y >= 6 && y < 6 + width;
+        level.values[level.grid.node(x, y, z)] = !hole ? 1.0f : z < 8 ? value : -0.2f;
+      }
+  return level;
+}
+
+TEST(Handles, TunnelsThatNoSilhouetteShowsAreFilledWhereTheyAreNarrowest) {
+  std::vector<std::uint32_t> labels;
+  for (const int width : {1, 3}) {
+    refine::Level level = tunnel(width, -0.4f);
+    const refine::LevelRuns before = refine::find_runs(level, 0.0f);
+    EXPECT_EQ(before.handles, 1);
+    EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.05f, labels),
+              static_cast<std::size_t>(width * width));
+    EXPECT_EQ(level.values[level.grid.node(8, 6, 7)], -0.4f);
+    EXPECT_EQ(level.values[level.grid.node(8, 6, 8)], 0.2f);
+    const refine::LevelRuns after = refine::find_runs(level, 0.0f);
+    EXPECT_EQ(after.handles, 0);
+    EXPECT_EQ(after.components, 1u);
+    EXPECT_EQ(after.hollows, 0u);
+  }
+}
+
+// A wide tunnel, one that a silhouette shows, a dent, and a hollow; and what is filled is a hair thick
+// where the hull is no thicker.
+TEST(Handles, TunnelsThatAreWideOrSeenStay) {
+  std::vector<std::uint32_t> labels;
+  for (const char* what : {"wide", "seen", "dent", "hollow"}) {
+    const std::string kind = what;
+    refine::Level level = tunnel(1, -0.4f);
+    for (int z = 0; z < 12; ++z) {
+      const std::size_t node = level.grid.node(8, 6, z);
+      if (kind == "wide") level.values[node] = -0.6f;
+      if (kind == "seen") level.hull[node] = -0.1f;
+    }
+    if (kind == "dent" || kind == "hollow") level.values[level.grid.node(8, 6, 3)] = 1.0f;
+    if (kind == "hollow") level.values[level.grid.node(8, 6, 8)] = 1.0f;
+    const std::vector<float> values = level.values;
+    EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.05f, labels), 0u) << kind;
+    EXPECT_EQ(level.values, values) << kind;
+  }
+  for (const auto& [hull, value] : {std::pair(0.1f, 0.1f), {-0.03f, 0.02f}}) {
+    refine::Level level = tunnel(1, -0.4f);
+    level.hull[level.grid.node(8, 6, 8)] = hull;
+    EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.05f, labels), 1u);
+    EXPECT_EQ(level.values[level.grid.node(8, 6, 8)], value);
+  }
+}
+
+// Beside the tunnel a dent with a narrow neck: once that is filled its end is a hollow, which what is
+// around all may join.
+TEST(Handles, ADentWithANeckIsNoTunnel) {
+  std::vector<std::uint32_t> labels;
+  refine::Level level = tunnel(1, -0.4f);
+  for (int z = 5; z < 9; ++z) level.values[level.grid.node(14, 10, z)] = z == 5 ? -1.5f : -0.3f;
+  EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.05f, labels), 1u);
+  for (int z = 6; z < 9; ++z) EXPECT_EQ(level.values[level.grid.node(14, 10, z)], -0.3f);
+}
+
 // Two posts on a beam, and from one to the other a stick of 16 mm on cells of 24.
 TEST(Handles, AStickBetweenTwoPostsIsWhole) {
   const auto post = [](double x) { return Capsule{{x, 0.1, -0.3}, {x, 0.0, 0.35}, 0.07}; };
@@ -281,7 +385,7 @@ TEST(Handles, AreCountedAsOnTheSurface) {
     refine::CellMarcher().march(level, surface, 1);
     const auto euler = static_cast<std::int64_t>(surface.points.size()) -
                        static_cast<std::int64_t>(surface.triangles.size() / 6);
-    EXPECT_EQ(euler, 2 * (runs.components - runs.handles + runs.hollows)) << round;
+    EXPECT_EQ(euler, 2 * (runs.components - runs.handles + std::int64_t{runs.hollows})) << round;
   }
 }
 
