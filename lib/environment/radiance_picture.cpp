@@ -36,7 +36,10 @@ class HdrReader {
   RadiancePicture read() {
     read_header();
     const auto width = static_cast<std::size_t>(picture_.width);
-    picture_.pixels.reserve(width * static_cast<std::size_t>(picture_.height));
+    // Not for more rows than the file may hold: its header alone says little.
+    const std::size_t least_row = std::min(4 * width, 4 + 8 * ((width + 126) / 127));
+    picture_.pixels.reserve(
+        width * std::min(static_cast<std::size_t>(picture_.height), rest_.size() / least_row + 1));
     std::vector<Rgbe> row(width);
     for (row_ = 0; row_ < picture_.height; ++row_) {
       read_row(row);

@@ -103,6 +103,7 @@ TEST_F(EnvironmentFileTest, WhatIsBrokenIsSaid) {
   EXPECT_TRUE(has(said("#?RADIANCE\n\n+Y 1 +X 2\n"), "-Y HEIGHT +X WIDTH"));
   EXPECT_TRUE(has(said("#?RADIANCE\n\n-Y 100000 +X 200000\n"), "at most"));
   EXPECT_TRUE(has(said("#?RADIANCE\n\n-Y 0 +X 0\n"), "at least"));
+  EXPECT_TRUE(has(said("#?RADIANCE\n\n-Y 8192 +X 16384\n"), "cut off in row 1 of 8192"));
   for (const char* exposure : {"0", "-1", "nan", "1e99", "", "bright"})
     EXPECT_TRUE(has(said(fmt::format("#?RADIANCE\nEXPOSURE={}\n\n-Y 1 +X 2\n", exposure)),
                     "where a finite number above 0"))
