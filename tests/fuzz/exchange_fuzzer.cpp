@@ -1,37 +1,21 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// libFuzzer entry: polyhull-rig's readers of other programs' files; the first byte says which. Those
-// that read files get one in the folder for temporary ones, of this process.
-#include <unistd.h>
-
+// libFuzzer entry: polyhull-rig's readers of other programs' files; the first byte says which.
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 
 #include "base/error.h"
+#include "input_file.h"
 #include "rig/import.h"
-#include "text_file.h"
 
 namespace {
 
 using namespace polyhull;
 
-const std::string& folder() {
-  static const std::string path = [] {
-    const auto made =
-        std::filesystem::temp_directory_path() / ("exchange_fuzzer_" + std::to_string(getpid()));
-    std::filesystem::create_directories(made);
-    write_text("1 PINHOLE 640 480 600 600 320 240\n2 RADIAL 640 480 600 320 240 0.1 0\n",
-               made / "cameras.txt");
-    return made.string();
-  }();
-  return path;
-}
-
 Rig read(int format, const std::string& text) {
   if (format == 0) return import::parse_kalibr(text, "fuzz");
   if (format == 1) return {{import::parse_opentrackio(text, "fuzz", {})}};
-  const std::string file = folder() + "/images.txt";
-  write_text(text, file);
+  const std::string file = fuzz::input_file(text, "images.txt");
   import::Options options;
   options.width = options.height = 100;
   switch (format) {
@@ -46,7 +30,9 @@ Rig read(int format, const std::string& text) {
     case 6:
       return import::bouguet({file}, options);
     default:
-      return import::colmap(folder(), options);
+      fuzz::input_file("1 PINHOLE 640 480 600 600 320 240\n2 RADIAL 640 480 600 320 240 0.1 0\n",
+                       "cameras.txt");
+      return import::colmap(std::filesystem::path(file).parent_path().string(), options);
   }
 }
 

@@ -102,6 +102,13 @@ void append_packet(Packet& to, std::uint8_t time, const Packet& packet) {
   to.insert(to.end(), packet.begin(), packet.end());
 }
 
+/// \p size bytes, \p count times.
+std::string repeated(const char* bytes, std::size_t size, int count) {
+  std::string out;
+  for (int i = 0; i < count; ++i) out.append(bytes, size);
+  return out;
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
@@ -189,6 +196,19 @@ int main(int count, char** arguments) {
 {"time":0,"eye":[0,1,3],"target":[0,1,0],"field-of-view":40},
 {"time":1,"eye":[2,1,3],"easing":"ease-in-out"},{"time":1,"cut":true,"target":[0,1,1]},
 {"time":2.5,"easing":"linear"},{"time":3,"easing":"smooth"}]})"));
+  write("environment",
+        std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 1 +X 2\n\x80\x10\x20\x81"
+                    "\x01\x02\x03\x7f"),
+        "plain");
+  write("environment",
+        std::string("#?RADIANCE\n\n-Y 4 +X 8\n") +
+            repeated("\x02\x02\x00\x08\x88\x10\x88\x20\x83\x30\x05\x01\x02\x03\x04\x05\x88\x81", 18,
+                     4),
+        "packed");
+  write("subject",
+        std::string(
+            "mtllib a.mtl\no a\nv 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nv 1,5 1 0\nvt 0 0\nvn 0 0 1\n"
+            "usemtl m\nf 1/1/1 2//1 3/1\nf -1 -2 -3 -4\n"));
   write("opentrackio", text, "json");
   write("opentrackio", nlohmann::json::to_cbor(sample), "cbor");
   write("opentrackio", track_examples::segment(text, 1, 1, 0, text.size(), 255), "segment");

@@ -1,35 +1,16 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// libFuzzer entry: the reader of glTF scenes. It reads files: one in the folder for temporary ones, of
-// this process, in a folder of its own, where an address in it leads to nothing else.
-#include <unistd.h>
-
+// libFuzzer entry: the reader of glTF scenes.
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <string>
 
 #include "base/error.h"
+#include "input_file.h"
 #include "scene/scene.h"
 
-namespace {
-
-const std::filesystem::path& file() {
-  static const std::filesystem::path path = [] {
-    const auto folder =
-        std::filesystem::temp_directory_path() / ("scene_fuzzer_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder);
-    return folder / "scene.gltf";
-  }();
-  return path;
-}
-
-}  // namespace
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  std::ofstream(file(), std::ios::binary)
-      .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  const std::string file =
+      polyhull::fuzz::input_file({reinterpret_cast<const char*>(data), size}, "scene.gltf");
   try {
-    const polyhull::Scene scene = polyhull::load_scene(file().string());
+    const polyhull::Scene scene = polyhull::load_scene(file);
     for (const polyhull::SceneMesh& mesh : scene.meshes) {
       if (mesh.material < 0 || static_cast<std::size_t>(mesh.material) >= scene.materials.size())
         std::abort();
