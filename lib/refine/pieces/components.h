@@ -17,9 +17,9 @@ namespace polyhull::refine {
 /// Puts the nodes of components that no ray needs outside of the surface; the largest component
 /// stays. \p runs of \p fine, each level's, at 0, and \p rays with their rims there. A ray passes a
 /// component by where no node of it is within \p unsure of the ray; one covers it that the ray
-/// passes through \p covering inwards of its outline. Returns how many were dropped.
+/// passes through when it is moved by \p inwards into its silhouette. Returns how many were dropped.
 std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRuns> runs,
-                                     const ContactRays& rays, float unsure, float covering,
+                                     const ContactRays& rays, float unsure, float inwards,
                                      int threads);
 
 /// Whether a ray touches the surface at \p point that passes it nowhere else: where the ray is farther
