@@ -25,6 +25,14 @@
 namespace polyhull {
 namespace {
 
+Error unencodable(const Picture& picture, const char* format) {
+  return Error(
+      Error::Kind::io,
+      "A picture of {}x{} pixels in {} channels could not be encoded as {}: expected a size "
+      "above 0 and 1 to 4 channels.",
+      picture.width, picture.height, picture.channels, format);
+}
+
 void append(void* context, void* data, int size) {
   auto* bytes = static_cast<std::vector<std::uint8_t>*>(context);
   const auto* begin = static_cast<const std::uint8_t*>(data);
@@ -144,10 +152,7 @@ std::vector<std::uint8_t> encode_png(const Picture& picture) {
   std::vector<std::uint8_t> bytes;
   if (!stbi_write_png_to_func(append, &bytes, picture.width, picture.height, picture.channels,
                               picture.pixels.data(), picture.width * picture.channels))
-    throw Error(Error::Kind::io,
-                "A picture of {}x{} pixels in {} channels could not be encoded as PNG: expected a "
-                "size above 0 and 1 to 4 channels.",
-                picture.width, picture.height, picture.channels);
+    throw unencodable(picture, "PNG");
   return bytes;
 }
 
@@ -155,10 +160,7 @@ std::vector<std::uint8_t> encode_jpeg(const Picture& picture, int quality) {
   std::vector<std::uint8_t> bytes;
   if (!stbi_write_jpg_to_func(append, &bytes, picture.width, picture.height, picture.channels,
                               picture.pixels.data(), std::clamp(quality, 1, 100)))
-    throw Error(Error::Kind::io,
-                "A picture of {}x{} pixels in {} channels could not be encoded as JPEG: expected a "
-                "size above 0 and 1 to 4 channels.",
-                picture.width, picture.height, picture.channels);
+    throw unencodable(picture, "JPEG");
   return bytes;
 }
 

@@ -25,6 +25,15 @@ int pool_threads();
 void parallel_for(std::size_t count, std::size_t grain, int max_threads,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
 
+/// As parallel_for(), but calls body(i) for each i of [0, count).
+template <class Count, class Body>
+void parallel_each(Count count, std::size_t grain, int max_threads, const Body& body) {
+  parallel_for(static_cast<std::size_t>(count), grain, max_threads,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t i = begin; i < end; ++i) body(static_cast<Count>(i));
+               });
+}
+
 /// Watches the loops that the calling thread starts from the watch's making on.
 class LoopWatch {
  public:

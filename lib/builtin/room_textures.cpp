@@ -135,10 +135,9 @@ Picture paint(int width, int height, Picture kept, const Colour& colour) {
   }
   if (same) return kept;
   Picture picture{width, height, 4, std::vector<std::uint8_t>(4u * width * height)};
-  parallel_for(rows, 16, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y)
-      for (std::size_t x = 0; x < columns; ++x)
-        paint_pixel(x, y, &picture.pixels[4 * (y * columns + x)]);
+  parallel_each(rows, 16, 0, [&](std::size_t y) {
+    for (std::size_t x = 0; x < columns; ++x)
+      paint_pixel(x, y, &picture.pixels[4 * (y * columns + x)]);
   });
   return picture;
 }

@@ -18,9 +18,8 @@ TracedScene::TracedScene(Scene scene) : scene_(std::move(scene)) {
   for (const SceneMesh& mesh : scene_.meshes) caster_.add_mesh(mesh.positions, mesh.triangles);
   caster_.commit();
   std::vector<std::optional<FilteredTexture>> textures(scene_.textures.size());
-  parallel_for(textures.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) textures[i].emplace(*scene_.textures[i]);
-  });
+  parallel_each(textures.size(), 1, 0,
+                [&](std::size_t i) { textures[i].emplace(*scene_.textures[i]); });
   for (auto& texture : textures) textures_.push_back(std::move(*texture));
   light_of_mesh_.assign(scene_.meshes.size(), -1);
   for (std::size_t i = 0; i < scene_.lights.size(); ++i)

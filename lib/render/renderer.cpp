@@ -10,7 +10,11 @@
 
 namespace polyhull {
 
-void RenderStatistics::set_mirrors(const RenderPlan& plan) {
+void RenderStatistics::take(const RenderPlan& plan) {
+  subject_skipped = plan.subject.empty();
+  shadow_skipped = plan.shadow.empty();
+  shadow_lights = plan.lights.size() + plan.soft_lights;
+  lights_skipped = plan.lights_skipped;
   mirror_skipped = plan.mirror().empty();
   mirrors = static_cast<std::uint64_t>(
       std::count_if(plan.mirrors.begin(), plan.mirrors.end(),

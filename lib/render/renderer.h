@@ -57,8 +57,8 @@ struct RenderStatistics {
   bool static_shadow_reused = false;  ///< what the scene itself hides from the light
   bool mesh_reused = false;           ///< what was made ready of it before is used again
 
-  /// What \p plan says of mirrors.
-  void set_mirrors(const RenderPlan& plan);
+  /// What \p plan says of subject, shadows and mirrors.
+  void take(const RenderPlan& plan);
 
   /// Adds those of a frame's next part, of a composite that is drawn in parts (lens/lens_picture.h):
   /// times and counts are added up, skipped is what none of them has drawn, and of the scene holds

@@ -182,11 +182,9 @@ std::vector<FillSample> fill_samples(const Hull& hull, std::span<const Camera> c
                       texturing.maps.empty() ? nullptr : &texturing.maps[k]);
   const std::size_t count = hull.vertices.size();
   std::vector<Sighting> sightings(count);
-  parallel_for(count, 1024, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      const float* weights = texturing.weights.data() + v * views;
-      sightings[v] = look(eyes, hull.vertices[v], [&](std::size_t k) { return weights[k]; });
-    }
+  parallel_each(count, 1024, threads, [&](std::size_t v) {
+    const float* weights = texturing.weights.data() + v * views;
+    sightings[v] = look(eyes, hull.vertices[v], [&](std::size_t k) { return weights[k]; });
   });
   constexpr float most =
       8.0f;  // pixels; a larger triangle may show its corners' fill when all are seen
@@ -194,12 +192,10 @@ std::vector<FillSample> fill_samples(const Hull& hull, std::span<const Camera> c
       large_triangles(hull, most * mean_pixel_size(hull, cameras));
   const std::vector<std::uint8_t> part = parts_of(hull, sightings, large);
   std::vector<FillSample> samples(count);
-  parallel_for(count, 1024, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      if (part[v] == none && !all) continue;
-      samples[v] = colour_of(eyes, sightings[v]);
-      samples[v].open = part[v] == open;
-    }
+  parallel_each(count, 1024, threads, [&](std::size_t v) {
+    if (part[v] == none && !all) return;
+    samples[v] = colour_of(eyes, sightings[v]);
+    samples[v].open = part[v] == open;
   });
   look_inside(hull, eyes, texturing, large, samples);
   // What became certain is so.

@@ -12,20 +12,18 @@ MeshFaces find_faces(const Hull& hull, int threads) {
   MeshFaces out;
   for (auto* numbers : {&out.nx, &out.ny, &out.nz, &out.mx, &out.my, &out.mz, &out.area})
     numbers->resize(count);
-  parallel_for(count, 4096, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      const Vec3 a(hull.vertices[hull.triangles[3 * f]]);
-      const Vec3 b(hull.vertices[hull.triangles[3 * f + 1]]);
-      const Vec3 c(hull.vertices[hull.triangles[3 * f + 2]]);
-      const Vec3 cross = glm::cross(b - a, c - a), middle = (a + b + c) / 3.0;
-      const double area = glm::length(cross);
-      const Vec3f normal(area > 0.0 ? cross / area : Vec3(0.0));
-      out.nx[f] = normal.x, out.ny[f] = normal.y, out.nz[f] = normal.z;
-      out.mx[f] = static_cast<float>(middle.x);
-      out.my[f] = static_cast<float>(middle.y);
-      out.mz[f] = static_cast<float>(middle.z);
-      out.area[f] = static_cast<float>(area);
-    }
+  parallel_each(count, 4096, threads, [&](std::size_t f) {
+    const Vec3 a(hull.vertices[hull.triangles[3 * f]]);
+    const Vec3 b(hull.vertices[hull.triangles[3 * f + 1]]);
+    const Vec3 c(hull.vertices[hull.triangles[3 * f + 2]]);
+    const Vec3 cross = glm::cross(b - a, c - a), middle = (a + b + c) / 3.0;
+    const double area = glm::length(cross);
+    const Vec3f normal(area > 0.0 ? cross / area : Vec3(0.0));
+    out.nx[f] = normal.x, out.ny[f] = normal.y, out.nz[f] = normal.z;
+    out.mx[f] = static_cast<float>(middle.x);
+    out.my[f] = static_cast<float>(middle.y);
+    out.mz[f] = static_cast<float>(middle.z);
+    out.area[f] = static_cast<float>(area);
   });
   out.view.assign(count, -1);
   for (const HullFace& face : hull.faces) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -192,26 +193,30 @@ Step finish(HullBuild& self, const Pads& pads, const ViewDecision& set,
   return {Outcome::made, buffer, set.time, interval, watch};
 }
 
+/// Of a live set that nobody wants any more, or that is too late, what comes of dropping it.
+std::optional<Step> drop_late(HullBuild& self, const Pads& pads, const ViewDecision& set,
+                              const HullSettings& settings) {
+  if (!self.timing.live() || set.time == no_time) return std::nullopt;
+  if (self.first_time == no_time) self.first_time = set.time;
+  if (!self.pace.wanted(set.time)) {
+    GST_DEBUG_OBJECT(self.element, "%s is left out: one in %" G_GUINT64_FORMAT " is asked for",
+                     instant_text(pads, set).c_str(), self.statistics.counter("frame-step"));
+    return drop_set(self, pads, set, settings, "sets-unwanted");
+  }
+  if (!is_overdue(self, pads, set)) return std::nullopt;
+  GST_DEBUG_OBJECT(self.element, "%s is dropped at %s: too late for a latency of %.1f ms",
+                   instant_text(pads, set).c_str(), time_text(self.timing.now()).c_str(),
+                   1e-6 * static_cast<double>(self.timing.latency()));
+  // Where a sink is what is late, whoever draws for it sets the pace.
+  if (!self.pace.too_late(set.time)) note_pace(self, pads, set, true);
+  return drop_set(self, pads, set, settings, "sets-overdue");
+}
+
 Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
   const Stopwatch watch;
-  if (self.timing.live() && set.time != no_time) {
-    if (self.first_time == no_time) self.first_time = set.time;
-    if (!self.pace.wanted(set.time)) {
-      GST_DEBUG_OBJECT(element, "%s is left out: one in %" G_GUINT64_FORMAT " is asked for",
-                       instant_text(pads, set).c_str(), self.statistics.counter("frame-step"));
-      return drop_set(self, pads, set, settings, "sets-unwanted");
-    }
-    if (is_overdue(self, pads, set)) {
-      GST_DEBUG_OBJECT(element, "%s is dropped at %s: too late for a latency of %.1f ms",
-                       instant_text(pads, set).c_str(), time_text(self.timing.now()).c_str(),
-                       1e-6 * static_cast<double>(self.timing.latency()));
-      // Where a sink is what is late, whoever draws for it sets the pace.
-      if (!self.pace.too_late(set.time)) note_pace(self, pads, set, true);
-      return drop_set(self, pads, set, settings, "sets-overdue");
-    }
-  }
+  if (std::optional<Step> dropped = drop_late(self, pads, set, settings)) return *dropped;
   self.fade.pass(set.time);
   const std::vector<AbsentCamera> absent = absent_cameras(self, pads, set);
   self.words.absent(element, absent);

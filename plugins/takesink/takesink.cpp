@@ -159,13 +159,39 @@ void count(TakeSink& self, std::size_t size, std::size_t stored, const PackedPac
                       10.0 * std::log10(most * self.colours / std::max(1.0, self.colour_error)));
 }
 
+/// Warns of a buffer at \p pad that has no time or one from before the take.
+void check_time(GstElement* element, GstPad* pad, const std::optional<TakeTimes::Time>& time) {
+  Statistics& statistics = state_of<TakeSink>(element).statistics;
+  if (!time)
+    statistics.warn(
+        element, "buffers-untimed",
+        "A buffer without a running time was given that of the one before. Look at what stamps it; "
+        "do-timestamp=true of a live source does.");
+  if (time && time->early)
+    statistics.warn(
+        element, "buffers-early",
+        fmt::format("A buffer of {} has a time from more than ten seconds before the take's first "
+                    "buffer, and was put at the take's begin. Look at what stamps it.",
+                    GST_PAD_NAME(pad)));
+}
+
+/// But for time and caps.
+TakePacket packet_of(GstBuffer* buffer) {
+  TakePacket packet;
+  const GstClockTime duration = GST_BUFFER_DURATION(buffer);
+  if (GST_CLOCK_TIME_IS_VALID(duration)) packet.duration = static_cast<std::int64_t>(duration);
+  packet.flags = GST_BUFFER_FLAGS(buffer) &
+                 (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER | GST_BUFFER_FLAG_GAP);
+  return packet;
+}
+
 GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
   TakeSink& self = state_of<TakeSink>(element);
   const PackingSettings packing = packing_of(snapshot(element, self.settings));
   MappedBuffer mapped(buffer);
   if (mapped.segments().size() != 1) mapped.join();
   const Bytes bytes = mapped.segments().empty() ? Bytes() : mapped.segments().front();
-  TakePacket packet;
+  TakePacket packet = packet_of(buffer);
   std::optional<TakeTimes::Time> time;
   Stream* stream = nullptr;
   {
@@ -177,21 +203,7 @@ GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
     packet.time = stream->time = time ? time->time : stream->time;
     packet.caps = stream->caps;
   }
-  if (!time)
-    self.statistics.warn(
-        element, "buffers-untimed",
-        "A buffer without a running time was given that of the one before. Look at what stamps it; "
-        "do-timestamp=true of a live source does.");
-  if (time && time->early)
-    self.statistics.warn(
-        element, "buffers-early",
-        fmt::format("A buffer of {} has a time from more than ten seconds before the take's first "
-                    "buffer, and was put at the take's begin. Look at what stamps it.",
-                    GST_PAD_NAME(pad)));
-  const GstClockTime duration = GST_BUFFER_DURATION(buffer);
-  if (GST_CLOCK_TIME_IS_VALID(duration)) packet.duration = static_cast<std::int64_t>(duration);
-  packet.flags = GST_BUFFER_FLAGS(buffer) &
-                 (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER | GST_BUFFER_FLAG_GAP);
+  check_time(element, pad, time);
   const Stopwatch watch;
   PackedPacket packed = stream->packer.pack(packing, packet.caps, bytes, stream->last_packed);
   const double packed_after = watch.milliseconds();

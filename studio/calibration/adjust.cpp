@@ -219,11 +219,7 @@ class Adjuster {
     for (std::size_t c = 0; c < take_.cameras.size(); ++c) out.cameras.push_back(camera_of(c));
     for (const auto& board : unknowns_.boards) out.boards.push_back(from_parameters(board.data()));
     out.views = std::move(fits_);
-    for (Uncertainty& u : uncertainties_) {
-      u.centre *= noise_ * noise_;
-      u.rotation *= noise_ * noise_;
-      for (double& sigma : u.lens) sigma *= noise_;
-    }
+    for (Uncertainty& uncertainty : uncertainties_) uncertainty.scale(noise_);
     out.uncertainties = std::move(uncertainties_);
     return out;
   }

@@ -20,6 +20,13 @@ struct Uncertainty {
   Mat3 centre{0.0};              ///< covariance of the centre, world axes, m^2
   Mat3 rotation{0.0};            ///< covariance of the rotation vector, world axes, radians^2
   std::array<double, 9> lens{};  ///< of fx fy cx cy (px), k1 k2 p1 p2 k3
+
+  /// From measurements of deviation 1 to those of \p noise.
+  void scale(double noise) {
+    centre *= noise * noise;
+    rotation *= noise * noise;
+    for (double& sigma : lens) sigma *= noise;
+  }
 };
 
 /// How a view fits.

@@ -45,8 +45,7 @@ class Coverage {
   std::array<bool, static_cast<std::size_t>(columns) * rows> seen_{};
 };
 
-}  // namespace
-
+/// What \p adjusted says of camera \p c of \p take.
 CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c) {
   CameraFit out;
   Coverage coverage(take.cameras[c]);
@@ -75,6 +74,19 @@ CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c) {
   return out;
 }
 
+}  // namespace
+
+Calibration calibration_of(Take take, Adjusted adjusted) {
+  Calibration out;
+  out.adjusted = std::move(adjusted);
+  out.take = std::move(take);
+  for (std::size_t c = 0; c < out.take.cameras.size(); ++c)
+    out.cameras.push_back(fit_of(out.take, out.adjusted, c));
+  out.rig.cameras = out.adjusted.cameras;
+  out.rig.up = Vec3(0.0, -1.0, 0.0);  // a camera's y points down
+  return out;
+}
+
 Calibration calibrate(Take take, const Settings& settings) {
   check_take(take);
   std::vector<LensStart> starts;
@@ -84,14 +96,8 @@ Calibration calibrate(Take take, const Settings& settings) {
   }
   settings.progress("each camera alone", 1.0);
   const Placement placement = place_cameras(take, starts);
-  Calibration out;
-  out.adjusted = adjust(take, starts, placement, settings.model, settings.progress);
-  out.take = std::move(take);
-  for (std::size_t c = 0; c < out.take.cameras.size(); ++c)
-    out.cameras.push_back(fit_of(out.take, out.adjusted, c));
-  out.rig.cameras = out.adjusted.cameras;
-  out.rig.up = Vec3(0.0, -1.0, 0.0);  // a camera's y points down
-  return out;
+  Adjusted adjusted = adjust(take, starts, placement, settings.model, settings.progress);
+  return calibration_of(std::move(take), std::move(adjusted));
 }
 
 std::vector<std::string> Calibration::faults(const Bar& bar) const {

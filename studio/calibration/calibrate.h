@@ -61,8 +61,8 @@ struct Calibration {
 /// place_cameras() and adjust() do.
 Calibration calibrate(Take take, const Settings& settings);
 
-/// What \p adjusted says of camera \p c of \p take.
-CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c);
+/// What \p adjusted says of \p take, in the frame of \p adjusted.
+Calibration calibration_of(Take take, Adjusted adjusted);
 
 /// To the world in which \p board, which stands at \p pose, lies face up on the floor y = 0, its face \p
 /// thickness above it: its middle is above the origin, x points along its columns.

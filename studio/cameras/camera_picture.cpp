@@ -68,9 +68,8 @@ CameraPicture::Illumination CameraPicture::illumination(const Vec3f& normal,
 void CameraPicture::illuminate() {
   const SubjectFrame& frame = surface();
   vertices_.resize(frame.positions.size());
-  parallel_for(vertices_.size(), 4096, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      vertices_[i] = illumination(frame.normals[i], frame.positions[i]);
+  parallel_each(vertices_.size(), 4096, 0, [&](std::size_t i) {
+    vertices_[i] = illumination(frame.normals[i], frame.positions[i]);
   });
 }
 
@@ -121,13 +120,11 @@ void CameraPicture::picture(const PictureLook& look, std::uint64_t number, bool 
   const auto& green = look.screen.colour;
   const Vec3f screen_light = srgb_decoded(Vec3f(green[0], green[1], green[2]) / 255.0f);
   const auto row = [&](int y) { return pixels + y * stride; };
-  parallel_for(camera_.height, 32, 0, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      std::memcpy(row(y), screen_.row(y), 4 * static_cast<std::size_t>(camera_.width));
-      if (matte_in_alpha)
-        for (int x = 0; x < camera_.width; ++x) row(y)[4 * x + 3] = 0;
-      if (shadow) screen_.add_shadow(*floor, look.shadow, y, row(y));
-    }
+  parallel_each(camera_.height, 32, 0, [&](int y) {
+    std::memcpy(row(y), screen_.row(y), 4 * static_cast<std::size_t>(camera_.width));
+    if (matte_in_alpha)
+      for (int x = 0; x < camera_.width; ++x) row(y)[4 * x + 3] = 0;
+    if (shadow) screen_.add_shadow(*floor, look.shadow, y, row(y));
   });
   if (quality_ == PictureQuality::fast) illuminate();
   const SubjectFrame& frame = surface();
@@ -166,10 +163,8 @@ void CameraPicture::picture(const PictureLook& look, std::uint64_t number, bool 
   if (look.noise <= 0.0) return;
   const std::uint64_t key =
       mix_bits(mix_bits(mix_bits(look.seed) + number) + static_cast<std::uint64_t>(index_));
-  parallel_for(camera_.height, 32, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y) {
-      noise_.add(look.noise, mix_bits(key + y), row(static_cast<int>(y)), camera_.width);
-    }
+  parallel_each(camera_.height, 32, 0, [&](std::size_t y) {
+    noise_.add(look.noise, mix_bits(key + y), row(static_cast<int>(y)), camera_.width);
   });
 }
 

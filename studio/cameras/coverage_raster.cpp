@@ -360,12 +360,10 @@ Rectangle CoverageRaster::draw(const Camera& camera, const Mesh& mesh, const Row
   origin_ = camera.R * mesh.origin + camera.t;
   vertices_.resize(mesh.positions.size());
   std::atomic<bool> behind = false;
-  parallel_for(mesh.positions.size(), 4096, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Vertex vertex = project(linear_ * Vec3(mesh.positions[i]) + origin_);
-      vertices_[i] = vertex;
-      if (vertex.position.z < 0.0) behind = true;
-    }
+  parallel_each(mesh.positions.size(), 4096, 0, [&](std::size_t i) {
+    const Vertex vertex = project(linear_ * Vec3(mesh.positions[i]) + origin_);
+    vertices_[i] = vertex;
+    if (vertex.position.z < 0.0) behind = true;
   });
   // From inside the subject its surface is seen from behind.
   two_sided_ = behind;
@@ -378,14 +376,12 @@ Rectangle CoverageRaster::draw(const Camera& camera, const Mesh& mesh, const Row
   region.y = std::max(floor_pixel(drawn_.top), 0);
   region.width = std::min(floor_pixel(drawn_.right), camera.width - 1) - region.x + 1;
   region.height = std::min(floor_pixel(drawn_.bottom), camera.height - 1) - region.y + 1;
-  parallel_for(bands_.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      if (bands_[b].empty()) continue;
-      const int band = static_cast<int>(b) * band_rows;
-      const int first = std::max(band, region.y);
-      const int rows = std::min(band + band_rows, region.y + region.height) - first;
-      draw_band(first, rows, region, bands_[b], mesh.separation, sink);
-    }
+  parallel_each(bands_.size(), 1, 0, [&](std::size_t b) {
+    if (bands_[b].empty()) return;
+    const int band = static_cast<int>(b) * band_rows;
+    const int first = std::max(band, region.y);
+    const int rows = std::min(band + band_rows, region.y + region.height) - first;
+    draw_band(first, rows, region, bands_[b], mesh.separation, sink);
   });
   return region;
 }

@@ -45,19 +45,17 @@ void Screen::prepare(const Camera& camera, const Look& look, int index) {
   const double phase = 1.7 * index;
   std::vector<double> along(width_);
   for (int x = 0; x < width_; ++x) along[x] = 0.45 * std::cos(3.1 * ((x + 0.5) / width_) + phase);
-  parallel_for(height_, 16, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y) {
-      std::uint8_t* pixel = picture_.data() + y * width_ * 4;
-      const double v = (static_cast<double>(y) + 0.5) / height_;
-      const double down = 0.35 * std::sin(2.3 * v - 0.5 * phase);
-      for (int x = 0; x < width_; ++x, pixel += 4) {
-        const double u = (x + 0.5) / width_;
-        const double wave = along[x] + down - 0.9 * ((u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5));
-        const double light = 1.0 + look.unevenness * std::clamp(wave, -1.0, 1.0);
-        for (int c = 0; c < 3; ++c)
-          pixel[c] = static_cast<std::uint8_t>(std::min(look.colour[c] * light + 0.5, 255.0));
-        pixel[3] = 255;
-      }
+  parallel_each(height_, 16, 0, [&](std::size_t y) {
+    std::uint8_t* pixel = picture_.data() + y * width_ * 4;
+    const double v = (static_cast<double>(y) + 0.5) / height_;
+    const double down = 0.35 * std::sin(2.3 * v - 0.5 * phase);
+    for (int x = 0; x < width_; ++x, pixel += 4) {
+      const double u = (x + 0.5) / width_;
+      const double wave = along[x] + down - 0.9 * ((u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5));
+      const double light = 1.0 + look.unevenness * std::clamp(wave, -1.0, 1.0);
+      for (int c = 0; c < 3; ++c)
+        pixel[c] = static_cast<std::uint8_t>(std::min(look.colour[c] * light + 0.5, 255.0));
+      pixel[3] = 255;
     }
   });
 }
@@ -80,34 +78,29 @@ void Screen::find_floor(const Camera& camera, const Placement& placement) {
   std::vector<Vec3f> rays(static_cast<std::size_t>(columns) * rows);
   nodes_.resize(rays.size());
   node_columns_ = columns;
-  parallel_for(rows, 4, 0, [&](std::size_t first, std::size_t last) {
-    for (std::size_t j = first; j < last; ++j) {
-      for (int i = 0; i < columns; ++i) {
-        const Vec2 pixel(i * node, static_cast<double>(j) * node);
-        Vec3f& ray = rays[j * columns + i];
-        ray = Vec3f(to_stage * camera.ray(lens.active() ? lens.undistort(pixel) : pixel));
-        nodes_[j * columns + i] = floor_point(ray);
-      }
+  parallel_each(rows, 4, 0, [&](std::size_t j) {
+    for (int i = 0; i < columns; ++i) {
+      const Vec2 pixel(i * node, static_cast<double>(j) * node);
+      Vec3f& ray = rays[j * columns + i];
+      ray = Vec3f(to_stage * camera.ray(lens.active() ? lens.undistort(pixel) : pixel));
+      nodes_[j * columns + i] = floor_point(ray);
     }
   });
   floor_.assign(static_cast<std::size_t>(camera.width) * camera.height, none);
   spans_.assign(camera.height, {});
-  parallel_for(camera.height, 16, 0, [&](std::size_t first, std::size_t last) {
-    for (std::size_t y = first; y < last; ++y) {
-      Span& span = spans_[y];
-      const float fy = static_cast<float>(y % node) / node;
-      for (int x = 0; x < camera.width; ++x) {
-        const float fx = static_cast<float>(x % node) / node;
-        const Vec3f* corner = &rays[y / node * columns + x / node];
-        const Vec3f ray = glm::mix(glm::mix(corner[0], corner[1], fx),
-                                   glm::mix(corner[columns], corner[columns + 1], fx), fy);
-        const Vec2f at = floor_point(ray);
-        if (!(std::abs(at.x) <= FloorShadow::reach && std::abs(at.y) <= FloorShadow::reach))
-          continue;
-        if (span.begin == span.end) span.begin = x;
-        span.end = x + 1;
-        floor_[y * camera.width + x] = at;
-      }
+  parallel_each(camera.height, 16, 0, [&](std::size_t y) {
+    Span& span = spans_[y];
+    const float fy = static_cast<float>(y % node) / node;
+    for (int x = 0; x < camera.width; ++x) {
+      const float fx = static_cast<float>(x % node) / node;
+      const Vec3f* corner = &rays[y / node * columns + x / node];
+      const Vec3f ray = glm::mix(glm::mix(corner[0], corner[1], fx),
+                                 glm::mix(corner[columns], corner[columns + 1], fx), fy);
+      const Vec2f at = floor_point(ray);
+      if (!(std::abs(at.x) <= FloorShadow::reach && std::abs(at.y) <= FloorShadow::reach)) continue;
+      if (span.begin == span.end) span.begin = x;
+      span.end = x + 1;
+      floor_[y * camera.width + x] = at;
     }
   });
 }

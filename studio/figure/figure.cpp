@@ -40,28 +40,26 @@ void Figure::pose(double seconds, SubjectFrame& frame) const {
   for (int b = 0; b < bone_count; ++b) bones[b] = dual_quaternion(pose[b]);
   frame.positions.resize(vertex_count_);
   frame.normals.resize(vertex_count_);
-  parallel_for(vertex_count_, 4096, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const DualQuaternion& first = bones[skin_.bones[i][0]];
-      glm::quat q0 = first.q0 * skin_.weights[i][0];
-      glm::quat qe = first.qe * skin_.weights[i][0];
-      for (int k = 1; k < FigureSkin::influences; ++k) {
-        const float w = skin_.weights[i][k];
-        if (w <= 0.0f) break;
-        const DualQuaternion& bone = bones[skin_.bones[i][k]];
-        // q and -q are the same motion; take the one nearer to the first bone's.
-        const float s = glm::dot(first.q0, bone.q0) < 0.0f ? -w : w;
-        q0 = q0 + bone.q0 * s;
-        qe = qe + bone.qe * s;
-      }
-      const float length = glm::length(q0);
-      q0 = q0 / length;
-      qe = qe / length;
-      const Vec3f v0(q0.x, q0.y, q0.z), ve(qe.x, qe.y, qe.z);
-      const Vec3f shift = 2.0f * (q0.w * ve - qe.w * v0 + glm::cross(v0, ve));
-      frame.positions[i] = q0 * skin_.positions[i] + shift;
-      frame.normals[i] = q0 * skin_.normals[i];
+  parallel_each(vertex_count_, 4096, 0, [&](std::size_t i) {
+    const DualQuaternion& first = bones[skin_.bones[i][0]];
+    glm::quat q0 = first.q0 * skin_.weights[i][0];
+    glm::quat qe = first.qe * skin_.weights[i][0];
+    for (int k = 1; k < FigureSkin::influences; ++k) {
+      const float w = skin_.weights[i][k];
+      if (w <= 0.0f) break;
+      const DualQuaternion& bone = bones[skin_.bones[i][k]];
+      // q and -q are the same motion; take the one nearer to the first bone's.
+      const float s = glm::dot(first.q0, bone.q0) < 0.0f ? -w : w;
+      q0 = q0 + bone.q0 * s;
+      qe = qe + bone.qe * s;
     }
+    const float length = glm::length(q0);
+    q0 = q0 / length;
+    qe = qe / length;
+    const Vec3f v0(q0.x, q0.y, q0.z), ve(qe.x, qe.y, qe.z);
+    const Vec3f shift = 2.0f * (q0.w * ve - qe.w * v0 + glm::cross(v0, ve));
+    frame.positions[i] = q0 * skin_.positions[i] + shift;
+    frame.normals[i] = q0 * skin_.normals[i];
   });
 }
 

@@ -67,28 +67,26 @@ void HairyFigure::pose(double seconds, SubjectFrame& frame) const {
   const std::size_t first = figure_->vertex_count();
   frame.positions.resize(vertex_count_);
   frame.normals.resize(vertex_count_);
-  parallel_for(strands_.size(), 512, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      const Strand& strand = strands_[s];
-      const std::uint32_t* v = &triangles_[3 * static_cast<std::size_t>(strand.triangle)];
-      const auto mix = [&](const std::vector<Vec3f>& values) {
-        return values[v[0]] * strand.at.x + values[v[1]] * strand.at.y + values[v[2]] * strand.at.z;
-      };
-      const Vec3f up = glm::normalize(mix(frame.normals)), foot = mix(frame.positions);
-      const Vec3f any = std::abs(up.y) < 0.8f ? Vec3f(0, 1, 0) : Vec3f(1, 0, 0);
-      const Vec3f across = glm::normalize(glm::cross(any, up)), along = glm::cross(up, across);
-      const Vec3f half = foot + strand.length * (0.55f * up + 0.15f * strand.lean);
-      const Vec3f tip = foot + strand.length * (0.9f * up + 0.55f * strand.lean);
-      Vec3f* place = &frame.positions[first + points * s];
-      for (int k = 0; k < 3; ++k) {
-        const float angle = 2.0943951f * static_cast<float>(k);
-        const Vec3f side = strand.radius * (std::cos(angle) * across + std::sin(angle) * along);
-        place[k] = foot - 0.002f * up + side;
-        place[3 + k] = half + 0.75f * side;
-      }
-      place[6] = tip;
-      std::fill_n(&frame.normals[first + points * s], points, up);
+  parallel_each(strands_.size(), 512, 0, [&](std::size_t s) {
+    const Strand& strand = strands_[s];
+    const std::uint32_t* v = &triangles_[3 * static_cast<std::size_t>(strand.triangle)];
+    const auto mix = [&](const std::vector<Vec3f>& values) {
+      return values[v[0]] * strand.at.x + values[v[1]] * strand.at.y + values[v[2]] * strand.at.z;
+    };
+    const Vec3f up = glm::normalize(mix(frame.normals)), foot = mix(frame.positions);
+    const Vec3f any = std::abs(up.y) < 0.8f ? Vec3f(0, 1, 0) : Vec3f(1, 0, 0);
+    const Vec3f across = glm::normalize(glm::cross(any, up)), along = glm::cross(up, across);
+    const Vec3f half = foot + strand.length * (0.55f * up + 0.15f * strand.lean);
+    const Vec3f tip = foot + strand.length * (0.9f * up + 0.55f * strand.lean);
+    Vec3f* place = &frame.positions[first + points * s];
+    for (int k = 0; k < 3; ++k) {
+      const float angle = 2.0943951f * static_cast<float>(k);
+      const Vec3f side = strand.radius * (std::cos(angle) * across + std::sin(angle) * along);
+      place[k] = foot - 0.002f * up + side;
+      place[3 + k] = half + 0.75f * side;
     }
+    place[6] = tip;
+    std::fill_n(&frame.normals[first + points * s], points, up);
   });
 }
 

@@ -25,15 +25,13 @@ constexpr int longest_side = 2048;             // px of simulated pictures
 
 std::vector<Rings> contours_of(const StageBody& body, const std::vector<Camera>& cameras) {
   std::vector<Rings> contours(cameras.size());
-  parallel_for(cameras.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const Picture picture = coverage_of(body.positions, body.triangles, cameras[k]);
-      Matte matte;
-      load_matte(picture.pixels.data(), picture.width, 1, picture.width, picture.height, matte);
-      ContourSettings settings;
-      settings.approximate.tolerance = tolerance;
-      contours[k] = Contourer().find(matte, settings);
-    }
+  parallel_each(cameras.size(), 1, 0, [&](std::size_t k) {
+    const Picture picture = coverage_of(body.positions, body.triangles, cameras[k]);
+    Matte matte;
+    load_matte(picture.pixels.data(), picture.width, 1, picture.width, picture.height, matte);
+    ContourSettings settings;
+    settings.approximate.tolerance = tolerance;
+    contours[k] = Contourer().find(matte, settings);
   });
   return contours;
 }

@@ -297,10 +297,8 @@ std::vector<Camera> plan_cameras(const PlanRequest& request,
   const auto starts = static_cast<std::size_t>(around - candidates.begin() + 1) / 2;
   std::vector<End> ends(starts);
   say(fmt::format("choosing {} of them, from {} beginnings", request.cameras, starts));
-  parallel_for(starts, 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      ends[s] = search(2 * s, static_cast<std::size_t>(request.cameras), sights);
-    }
+  parallel_each(starts, 1, 0, [&](std::size_t s) {
+    ends[s] = search(2 * s, static_cast<std::size_t>(request.cameras), sights);
   });
   const std::set<End> sorted(ends.begin(), ends.end());
   std::vector<Camera> best;

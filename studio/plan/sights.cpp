@@ -149,15 +149,13 @@ std::vector<Sight> sights_of(const std::vector<Camera>& cameras,
                              const std::vector<StageBody>& bodies,
                              const std::vector<SurfacePoint>& points) {
   std::vector<Sight> sights(cameras.size(), no_sight(points.size()));
-  parallel_for(cameras.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-        const Shadow shadow = shadow_of(bodies[b], cameras[c]);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-          if (points[i].body != b) continue;
-          sights[c].empty[i] = empty_of(cameras[c], shadow, points[i]);
-          sights[c].facing[i] = facing_of(cameras[c], shadow, points[i]);
-        }
+  parallel_each(cameras.size(), 1, 0, [&](std::size_t c) {
+    for (std::uint32_t b = 0; b < bodies.size(); ++b) {
+      const Shadow shadow = shadow_of(bodies[b], cameras[c]);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (points[i].body != b) continue;
+        sights[c].empty[i] = empty_of(cameras[c], shadow, points[i]);
+        sights[c].facing[i] = facing_of(cameras[c], shadow, points[i]);
       }
     }
   });

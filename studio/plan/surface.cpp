@@ -154,9 +154,8 @@ SurfaceDistance distance_between(const Surface& from, const Surface& to, std::si
   points.insert(points.end(), from.vertices.begin(), from.vertices.end());
   const NearestPoint other(to);
   std::vector<double> distances(points.size());
-  parallel_for(points.size(), 256, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) distances[i] = other.distance(points[i]);
-  });
+  parallel_each(points.size(), 256, 0,
+                [&](std::size_t i) { distances[i] = other.distance(points[i]); });
   result.greatest = *std::max_element(distances.begin(), distances.end());
   distances.resize(count);
   for (const double d : distances) result.mean += d / static_cast<double>(count);

@@ -130,21 +130,19 @@ std::vector<Job> look_for_boards(const Pictures& pictures, const BoardFinder& fi
       if (!pictures.files[c][i].empty()) jobs.push_back({c, i});
   std::mutex telling;
   std::size_t done = 0;
-  parallel_for(jobs.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t j = begin; j < end; ++j) {
-      const std::string& file = pictures.files[jobs[j].camera][jobs[j].instant];
-      const Picture grey = load_grey(file);
-      jobs[j].width = grey.width;
-      jobs[j].height = grey.height;
-      try {
-        jobs[j].view = finder.find(grey, pictures.instants[jobs[j].instant] == floor);
-      } catch (const Error& error) {
-        throw Error(error.kind(), "'{}': {}", file, error.what());
-      }
-      const std::lock_guard lock(telling);
-      progress(fmt::format("finding the board in {} pictures", jobs.size()),
-               static_cast<double>(++done) / static_cast<double>(jobs.size()));
+  parallel_each(jobs.size(), 1, 0, [&](std::size_t j) {
+    const std::string& file = pictures.files[jobs[j].camera][jobs[j].instant];
+    const Picture grey = load_grey(file);
+    jobs[j].width = grey.width;
+    jobs[j].height = grey.height;
+    try {
+      jobs[j].view = finder.find(grey, pictures.instants[jobs[j].instant] == floor);
+    } catch (const Error& error) {
+      throw Error(error.kind(), "'{}': {}", file, error.what());
     }
+    const std::lock_guard lock(telling);
+    progress(fmt::format("finding the board in {} pictures", jobs.size()),
+             static_cast<double>(++done) / static_cast<double>(jobs.size()));
   });
   return jobs;
 }
@@ -184,6 +182,17 @@ Pictures list_pictures(const std::string& folder) {
   return out;
 }
 
+void take_size(int width, int height, const std::string& file, calibration::TakeCamera& camera) {
+  if (camera.width == 0) {
+    camera.width = width;
+    camera.height = height;
+  }
+  if (width != camera.width || height != camera.height)
+    throw Error(Error::Kind::bad_input,
+                "'{}' has {}x{} pixels, the pictures before it of camera '{}' {}x{}.", file, width,
+                height, camera.name, camera.width, camera.height);
+}
+
 Take find_views(const Pictures& pictures, const calibration::Target& target,
                 const std::string& floor, const calibration::Progress& progress) {
   const BoardFinder finder(target);
@@ -195,15 +204,7 @@ Take find_views(const Pictures& pictures, const calibration::Target& target,
   std::vector<bool> seen(pictures.cameras.size(), false);
   for (Job& job : jobs) {
     calibration::TakeCamera& camera = take.cameras[job.camera];
-    if (camera.width == 0) {
-      camera.width = job.width;
-      camera.height = job.height;
-    }
-    if (job.width != camera.width || job.height != camera.height)
-      throw Error(Error::Kind::bad_input,
-                  "'{}' has {}x{} pixels, the pictures before it of camera '{}' {}x{}.",
-                  pictures.files[job.camera][job.instant], job.width, job.height, camera.name,
-                  camera.width, camera.height);
+    take_size(job.width, job.height, pictures.files[job.camera][job.instant], camera);
     if (!job.view) continue;
     job.view->camera = job.camera;
     job.view->instant = job.instant;

@@ -24,6 +24,9 @@ struct Pictures {
 /// instant, names without a number where numbers are needed.
 Pictures list_pictures(const std::string& folder);
 
+/// The first picture's size is \p camera's; throws Error, naming \p file, for one of another size.
+void take_size(int width, int height, const std::string& file, calibration::TakeCamera& camera);
+
 /// Reads all pictures and looks for the board. Throws Error, naming the file, for pictures that
 /// cannot be read or are not of their camera's size, and naming the camera where none of its pictures
 /// shows the board, with what may be the reason. \p floor: the instant at which it lies on the floor.

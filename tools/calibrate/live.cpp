@@ -117,17 +117,15 @@ class LivePictures {
 
   Views look() {
     Views views(names_.size());
-    parallel_for(names_.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t c = begin; c < end; ++c) {
-        if (!pictures_[c]) continue;
-        if (pictures_[c]->width != last_[c].width || pictures_[c]->height != last_[c].height)
-          throw Error(Error::Kind::bad_input, "Camera '{}' has changed from {}x{} to {}x{}.",
-                      names_[c], last_[c].width, last_[c].height, pictures_[c]->width,
-                      pictures_[c]->height);
-        last_[c] = std::move(*pictures_[c]);
-        views[c] = finder_.find(last_[c]);
-        if (views[c]) views[c]->camera = c;
-      }
+    parallel_each(names_.size(), 1, 0, [&](std::size_t c) {
+      if (!pictures_[c]) return;
+      if (pictures_[c]->width != last_[c].width || pictures_[c]->height != last_[c].height)
+        throw Error(Error::Kind::bad_input, "Camera '{}' has changed from {}x{} to {}x{}.",
+                    names_[c], last_[c].width, last_[c].height, pictures_[c]->width,
+                    pictures_[c]->height);
+      last_[c] = std::move(*pictures_[c]);
+      views[c] = finder_.find(last_[c]);
+      if (views[c]) views[c]->camera = c;
     });
     return views;
   }

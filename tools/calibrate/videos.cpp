@@ -231,35 +231,33 @@ UnpackedVideos unpack_videos(const std::string& folder, double seconds, const st
   std::vector<std::string> notes(videos.size());
   std::mutex telling;
   std::size_t done = 0;
-  parallel_for(videos.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      const fs::path pictures = fs::path(out) / videos[v].first;
-      fs::create_directories(pictures);
-      cv::VideoCapture video = opened(videos[v].second);
-      cv::Mat frame;
-      FrameNumbers numbers(rate);
-      const long before = start == VideoStart::file_times ? first[v] : 0;
-      while (video.grab()) {
-        const std::optional<long> own = numbers.next(video);
-        if (!own) continue;
-        const long number = before + *own;
-        if (number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
-        save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", number)).string());
-      }
-      if (numbers.count() == 0)
-        throw Error(Error::Kind::bad_input, "'{}' has no frames.", videos[v].second.string());
-      notes[v] = turn_note(videos[v].second);
-      if (numbers.missing() > 0)
-        notes[v] += fmt::format("{}'{}' lacks {} of {} frames by their times, which count.",
-                                notes[v].empty() ? "" : "\n", videos[v].second.string(),
-                                numbers.missing(), numbers.count());
-      if (before > 0)
-        notes[v] += fmt::format("{}'{}' lacks its first {} frames by its times in the file.",
-                                notes[v].empty() ? "" : "\n", videos[v].second.string(), before);
-      const std::lock_guard lock(telling);
-      progress(fmt::format("taking pictures from {} videos", videos.size()),
-               static_cast<double>(++done) / static_cast<double>(videos.size()));
+  parallel_each(videos.size(), 1, 0, [&](std::size_t v) {
+    const fs::path pictures = fs::path(out) / videos[v].first;
+    fs::create_directories(pictures);
+    cv::VideoCapture video = opened(videos[v].second);
+    cv::Mat frame;
+    FrameNumbers numbers(rate);
+    const long before = start == VideoStart::file_times ? first[v] : 0;
+    while (video.grab()) {
+      const std::optional<long> own = numbers.next(video);
+      if (!own) continue;
+      const long number = before + *own;
+      if (number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
+      save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", number)).string());
     }
+    if (numbers.count() == 0)
+      throw Error(Error::Kind::bad_input, "'{}' has no frames.", videos[v].second.string());
+    notes[v] = turn_note(videos[v].second);
+    if (numbers.missing() > 0)
+      notes[v] += fmt::format("{}'{}' lacks {} of {} frames by their times, which count.",
+                              notes[v].empty() ? "" : "\n", videos[v].second.string(),
+                              numbers.missing(), numbers.count());
+    if (before > 0)
+      notes[v] += fmt::format("{}'{}' lacks its first {} frames by its times in the file.",
+                              notes[v].empty() ? "" : "\n", videos[v].second.string(), before);
+    const std::lock_guard lock(telling);
+    progress(fmt::format("taking pictures from {} videos", videos.size()),
+             static_cast<double>(++done) / static_cast<double>(videos.size()));
   });
   UnpackedVideos result;
   for (const std::string& note : notes) result.notes += note.empty() ? "" : note + "\n";

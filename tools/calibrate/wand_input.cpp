@@ -30,15 +30,7 @@ Take find_light_views(const Pictures& pictures, int lights, std::vector<LightCou
     for (std::size_t i = 0; i < pictures.instants.size(); ++i) {
       if (pictures.files[c][i].empty()) continue;
       const Picture grey = load_picture(pictures.files[c][i], 1);
-      if (camera.width == 0) {
-        camera.width = grey.width;
-        camera.height = grey.height;
-      }
-      if (grey.width != camera.width || grey.height != camera.height)
-        throw Error(Error::Kind::bad_input,
-                    "'{}' has {}x{} pixels, the pictures before it of camera '{}' {}x{}.",
-                    pictures.files[c][i], grey.width, grey.height, camera.name, camera.width,
-                    camera.height);
+      take_size(grey.width, grey.height, pictures.files[c][i], camera);
       const calibration::Lights found = calibration::find_lights(grey, lights);
       count.used += found.fault == LightFault::none;
       count.dark += found.fault == LightFault::dark;

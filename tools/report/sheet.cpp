@@ -159,15 +159,13 @@ Vec3 surface_colour(const Mesh& mesh, const HullCaster& caster, const RayHit& hi
 cv::Mat textured_picture(const Mesh& mesh, const HullCaster& caster, const Camera& camera) {
   cv::Mat frame(camera.height, camera.width, CV_8UC3, cv::Scalar(32, 34, 40));
   const HitPicture hits = caster.cast(camera);
-  parallel_for(camera.height, 16, 0, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      for (int x = 0; x < camera.width; ++x) {
-        if (!hits.at(x, y).hit()) continue;
-        const Vec3 colour = surface_colour(mesh, caster, hits.at(x, y));
-        frame.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(colour.x),
-                                     static_cast<std::uint8_t>(colour.y),
-                                     static_cast<std::uint8_t>(colour.z)};
-      }
+  parallel_each(camera.height, 16, 0, [&](int y) {
+    for (int x = 0; x < camera.width; ++x) {
+      if (!hits.at(x, y).hit()) continue;
+      const Vec3 colour = surface_colour(mesh, caster, hits.at(x, y));
+      frame.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(colour.x),
+                                   static_cast<std::uint8_t>(colour.y),
+                                   static_cast<std::uint8_t>(colour.z)};
     }
   });
   return frame;

@@ -87,9 +87,8 @@ void ConeCache::prepare(std::span<const Silhouette> views, std::span<const ConeC
     }
   }
   try {
-    parallel_for(missing.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        build_cone(cones_[missing[i]]->cone, groups[missing[i]], lattice, unseen);
+    parallel_each(missing.size(), 1, threads, [&](std::size_t i) {
+      build_cone(cones_[missing[i]]->cone, groups[missing[i]], lattice, unseen);
     });
   } catch (...) {
     cones_.clear();

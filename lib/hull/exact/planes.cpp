@@ -24,6 +24,21 @@ int sort_numbers(std::array<std::uint32_t, N>& numbers) {
   return sign;
 }
 
+/// The planes, or perturbations of them, of a determinant's term. Bit k of the subset stands for the k-th
+/// lowest number, whose infinitesimal is the k-th largest, so counting upwards visits the terms from the
+/// largest to the smallest. False: a plane has no perturbation, and there is no such term.
+template <std::size_t count>
+bool find_term(const PlaneSet& of, const std::array<std::uint32_t, count>& id, unsigned subset,
+               std::array<const Plane*, count>& row) {
+  for (unsigned k = 0; k < count; ++k) {
+    const std::int32_t g = of.group[id[k]];
+    const bool perturbed = subset >> k & 1;
+    if (perturbed && g < 0) return false;
+    row[k] = perturbed ? &of.perturbation[g] : &of.planes[id[k]];
+  }
+  return true;
+}
+
 }  // namespace
 
 int determinant_sign(const Plane& p0, const Plane& p1, const Plane& p2, const Plane& p3) {
@@ -43,21 +58,9 @@ int PlaneSet::orientation(std::uint32_t p0, std::uint32_t p1, std::uint32_t p2,
                           std::uint32_t p3) const {
   std::array<std::uint32_t, 4> id{p0, p1, p2, p3};
   const int permutation = sort_numbers(id);
-  // Bit k of the subset stands for the k-th lowest number, whose infinitesimal is the k-th largest,
-  // so counting upwards visits the terms from the largest to the smallest.
   for (unsigned subset = 0; subset < 16; ++subset) {
     std::array<const Plane*, 4> row;
-    bool exists = true;
-    for (unsigned k = 0; k < 4 && exists; ++k) {
-      const std::int32_t g = group[id[k]];
-      if ((subset >> k & 1) == 0)
-        row[k] = &planes[id[k]];
-      else if (g < 0)
-        exists = false;
-      else
-        row[k] = &perturbation[g];
-    }
-    if (!exists) continue;
+    if (!find_term(*this, id, subset, row)) continue;
     const int sign = determinant_sign(*row[0], *row[1], *row[2], *row[3]);
     if (sign != 0) return permutation * sign;
   }
@@ -69,17 +72,7 @@ Vec3 PlaneSet::point(std::uint32_t p0, std::uint32_t p1, std::uint32_t p2) const
   sort_numbers(id);
   for (unsigned subset = 0; subset < 8; ++subset) {
     std::array<const Plane*, 3> row;
-    bool exists = true;
-    for (unsigned k = 0; k < 3 && exists; ++k) {
-      const std::int32_t g = group[id[k]];
-      if ((subset >> k & 1) == 0)
-        row[k] = &planes[id[k]];
-      else if (g < 0)
-        exists = false;
-      else
-        row[k] = &perturbation[g];
-    }
-    if (!exists) continue;
+    if (!find_term(*this, id, subset, row)) continue;
     // The point is the vector of signed 3x3 minors; the last is the determinant of the normals.
     const auto m = minors(*row[0], *row[1]);
     const auto term = [&](int i, Int128 value) { return multiply(m[i], Int<4>::from(value)); };

@@ -289,11 +289,7 @@ void Compositor::State::finish(const RenderPlan& plan) {
     glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
     glBindTexture(GL_TEXTURE_3D, 0);
   }
-  statistics.subject_skipped = plan.subject.empty();
-  statistics.shadow_skipped = plan.shadow.empty();
-  statistics.shadow_lights = plan.lights.size();
-  statistics.lights_skipped = plan.lights_skipped;
-  statistics.set_mirrors(plan);
+  statistics.take(plan);
   statistics.passes.clear();
   for (std::size_t i = 0; i < gl::pass_count; ++i) {
     const auto pass = static_cast<Pass>(i);

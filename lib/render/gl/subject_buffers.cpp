@@ -144,11 +144,7 @@ void SubjectBuffers::upload_form(const std::vector<Vec3f>& form) {
 
 void SubjectBuffers::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes,
                                    double pixel_size) {
-  drawing_.vertices.clear();
-  drawing_.corner.clear();
-  drawing_.lists.clear();
-  drawing_.views.clear();
-  drawing_.slot_of_view.assign(mesh.views.size(), -1);
+  drawing_.clear(mesh.views.size());
   ranges_.clear();
   wide_.clear();
   std::size_t first = 0;
@@ -184,17 +180,15 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   staged_.resize(std::max(staged_.size(), views.size()));
-  parallel_for(views.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t layer = begin; layer < end; ++layer) {
-      const View& view = mesh.views[static_cast<std::size_t>(views[layer])].view;
-      auto& [pixels, smaller] = staged_[layer];
-      prepare_view_picture(view, soft_ ? soft_reach : sharp_reach, pixels);
-      smaller.clear();
-      for (int level = 1; level <= levels; ++level)
-        smaller.push_back(level == 1 ? halved(pixels, view.roi.width + 2, view.roi.height + 2)
-                                     : halved(smaller.back().pixels, smaller.back().width,
-                                              smaller.back().height));
-    }
+  parallel_each(views.size(), 1, 0, [&](std::size_t layer) {
+    const View& view = mesh.views[static_cast<std::size_t>(views[layer])].view;
+    auto& [pixels, smaller] = staged_[layer];
+    prepare_view_picture(view, soft_ ? soft_reach : sharp_reach, pixels);
+    smaller.clear();
+    for (int level = 1; level <= levels; ++level)
+      smaller.push_back(
+          level == 1 ? halved(pixels, view.roi.width + 2, view.roi.height + 2)
+                     : halved(smaller.back().pixels, smaller.back().width, smaller.back().height));
   });
   for (std::size_t layer = 0; layer < views.size(); ++layer) {
     const Rectangle& roi = mesh.views[static_cast<std::size_t>(views[layer])].view.roi;

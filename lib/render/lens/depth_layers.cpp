@@ -18,11 +18,9 @@ constexpr int samples = 4;
 /// Calls \p draw for each band of rows: its number, first row and the one past its last.
 template <typename Draw>
 void for_bands(int height, const Draw& draw) {
-  parallel_for(static_cast<std::size_t>((height + band_rows - 1) / band_rows), 1, 0,
-               [&](std::size_t begin, std::size_t end) {
-                 for (int band = static_cast<int>(begin); band < static_cast<int>(end); ++band)
-                   draw(band, band * band_rows, std::min((band + 1) * band_rows, height));
-               });
+  parallel_each((height + band_rows - 1) / band_rows, 1, 0, [&](int band) {
+    draw(band, band * band_rows, std::min((band + 1) * band_rows, height));
+  });
 }
 
 }  // namespace

@@ -170,9 +170,7 @@ void DepthOfField::find_disks(const ViewportLens& lens, float scale, const Depth
       farthest_[t] = farthest;
     }
   };
-  parallel_for(static_cast<std::size_t>(rows_), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row) row_of_tiles(row);
-  });
+  parallel_each(rows_, 1, 0, row_of_tiles);
 }
 
 /// How far disks reach, tile by tile.
@@ -324,11 +322,8 @@ void DepthOfField::apply(const Camera& camera, const ViewportLens& lens, const D
   find_disks(lens, static_cast<float>(std::min(0.5 * lens.aperture * focal, 1e6)), depths, sharp);
   find_reach();
   focused.resize(width_, height_, layered ? sharp.part : Rectangle{});
-  parallel_for(static_cast<std::size_t>(columns_ * rows_), 4, 0,
-               [&](std::size_t begin, std::size_t end) {
-                 for (int i = static_cast<int>(begin); i < static_cast<int>(end); ++i)
-                   blur_tile(i % columns_, i / columns_, sharp, layered, focused);
-               });
+  parallel_each(columns_ * rows_, 4, 0,
+                [&](int i) { blur_tile(i % columns_, i / columns_, sharp, layered, focused); });
 }
 
 }  // namespace polyhull

@@ -103,12 +103,9 @@ DistortedView::Grid DistortedView::grid_of(int width, int height, const Map& map
   grid.columns = (width + cell - 1) / cell;
   grid.rows = (height + cell - 1) / cell;
   grid.places.resize(grid.index(grid.columns + 1, grid.rows + 1) + 1);
-  parallel_for(static_cast<std::size_t>(grid.rows) + 1, 4, 0,
-               [&](std::size_t begin, std::size_t end) {
-                 for (int j = static_cast<int>(begin); j < static_cast<int>(end); ++j)
-                   for (int i = 0; i <= grid.columns; ++i)
-                     grid.at(i, j) = map(Vec2(cell * i, cell * j));
-               });
+  parallel_each(grid.rows + 1, 4, 0, [&](int j) {
+    for (int i = 0; i <= grid.columns; ++i) grid.at(i, j) = map(Vec2(cell * i, cell * j));
+  });
   grid.extend();
   return grid;
 }
@@ -315,16 +312,15 @@ std::vector<char> DistortedView::cells_changed(const Rectangle& changed) const {
     return sums[across * static_cast<std::size_t>(j) + static_cast<std::size_t>(i)];
   };
   const int right = changed.x + changed.width, bottom = changed.y + changed.height;
-  parallel_for(static_cast<std::size_t>(rows), 4, 0, [&](std::size_t begin, std::size_t end) {
-    for (int j = static_cast<int>(begin); j < static_cast<int>(end); ++j)
-      for (int y = std::max(cell * j, changed.y); y < std::min(cell * (j + 1), bottom); ++y)
-        for (int i = changed.x / cell; cell * i < right; ++i) {
-          const int x = std::max(cell * i, changed.x), next = std::min(cell * (i + 1), right);
-          const std::size_t at = static_cast<std::size_t>(stride()) * static_cast<std::size_t>(y) +
-                                 4 * static_cast<std::size_t>(x);
-          if (std::memcmp(&before_[at], &drawn_[at], 4 * static_cast<std::size_t>(next - x)) != 0)
-            sum(i + 1, j + 1) = 1;
-        }
+  parallel_each(rows, 4, 0, [&](int j) {
+    for (int y = std::max(cell * j, changed.y); y < std::min(cell * (j + 1), bottom); ++y)
+      for (int i = changed.x / cell; cell * i < right; ++i) {
+        const int x = std::max(cell * i, changed.x), next = std::min(cell * (i + 1), right);
+        const std::size_t at = static_cast<std::size_t>(stride()) * static_cast<std::size_t>(y) +
+                               4 * static_cast<std::size_t>(x);
+        if (std::memcmp(&before_[at], &drawn_[at], 4 * static_cast<std::size_t>(next - x)) != 0)
+          sum(i + 1, j + 1) = 1;
+      }
   });
   for (int j = 1; j <= rows; ++j)
     for (int i = 1; i <= columns; ++i)

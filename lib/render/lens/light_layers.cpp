@@ -27,26 +27,24 @@ void LightLayers::read(const DepthLayers& depths, const SharpPictures& sharp) {
   const bool without = sharp.full == sharp.scene;
   resize(depths.width(), depths.height(), without ? Rectangle{} : depths.part());
   const float* linear = srgb_to_linear_table();
-  parallel_for(static_cast<std::size_t>(height), 8, 0, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * sharp.stride;
-      // What no depth is known of stays where it is.
-      const std::uint8_t* full = sharp.full + row;
-      const std::size_t first = pixel(0, y);
-      for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x)
-        for (std::size_t c = 0; c < 3; ++c) scene[c][first + x] = linear[full[4 * x + c]];
-      if (y < part.y || y >= part.y + part.height) continue;
-      for (int x = part.x; x < part.x + part.width; ++x) {
-        const std::size_t i = pixel(x, y);
-        const float coverage = depths.coverage()[i];
-        if (coverage == 0.0f) continue;
-        for (std::size_t c = 0; c < 3; ++c) {
-          const float both = scene[c][i];
-          scene[c][i] = linear[sharp.scene[row + 4 * x + static_cast<std::ptrdiff_t>(c)]];
-          subject[c][i] = both - (1.0f - coverage) * scene[c][i];
-        }
-        subject[3][i] = coverage;
+  parallel_each(height, 8, 0, [&](int y) {
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * sharp.stride;
+    // What no depth is known of stays where it is.
+    const std::uint8_t* full = sharp.full + row;
+    const std::size_t first = pixel(0, y);
+    for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x)
+      for (std::size_t c = 0; c < 3; ++c) scene[c][first + x] = linear[full[4 * x + c]];
+    if (y < part.y || y >= part.y + part.height) return;
+    for (int x = part.x; x < part.x + part.width; ++x) {
+      const std::size_t i = pixel(x, y);
+      const float coverage = depths.coverage()[i];
+      if (coverage == 0.0f) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float both = scene[c][i];
+        scene[c][i] = linear[sharp.scene[row + 4 * x + static_cast<std::ptrdiff_t>(c)]];
+        subject[c][i] = both - (1.0f - coverage) * scene[c][i];
       }
+      subject[3][i] = coverage;
     }
   });
 }

@@ -20,14 +20,6 @@ const double most_turn = glm::radians(15.0);
 constexpr double most_shift = 0.5;   // of the picture's width
 constexpr double most_frames = 2.0;  // by which they grow where frames lie between
 
-/// Calls \p work for each of \p count rows of something, on all threads.
-template <typename Work>
-void for_rows(int count, const Work& work) {
-  parallel_for(static_cast<std::size_t>(count), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row) work(row);
-  });
-}
-
 /// A and b of motion_blur.h.
 void find_map(const Camera& camera, const Camera& before, Mat3& a, Vec3& b) {
   const Mat3 turn = before.R * glm::transpose(camera.R);
@@ -84,7 +76,7 @@ void MotionBlur::find_motions() {
     of->x.resize(size);
     of->y.resize(size);
   }
-  for_rows(height_, [&](int y) {
+  parallel_each(height_, 1, 0, [&](int y) {
     const auto first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
     if (!subject_only_)
       lens::MotionLoops::best().motions(map_, 0, y, scene_inverse_ + first, width_,
@@ -141,7 +133,7 @@ void MotionBlur::spread_subject(const LightLayers& sharp) {
 void MotionBlur::find_torn() {
   const int columns = 2 * columns_;
   torn_.assign(static_cast<std::size_t>(columns * 2 * rows_of_tiles_), 0);
-  for_rows(2 * rows_of_tiles_, [&](int row) {
+  parallel_each(2 * rows_of_tiles_, 1, 0, [&](int row) {
     for (int y = cell * row; y < std::min(cell * (row + 1), height_); ++y)
       for (const float* plane : {scene_motions_.x.data(), scene_motions_.y.data()}) {
         const float* here = plane + static_cast<std::ptrdiff_t>(y) * width_;
@@ -207,7 +199,7 @@ void MotionBlur::find_reach() {
   float longest = 0.0f;
   for (const Reach& reach : own_) longest = std::max(longest, reach.motion);
   const int most = static_cast<int>(0.5f * longest + 1.0f) / tile + 1;
-  for_rows(rows_of_tiles_, [&](int row) {
+  parallel_each(rows_of_tiles_, 1, 0, [&](int row) {
     for (int column = 0; column < columns_; ++column) {
       Reach& reach = reach_[static_cast<std::size_t>(row * columns_ + column)];
       for (int j = std::max(row - most, 0); j <= std::min(row + most, rows_of_tiles_ - 1); ++j)
@@ -293,16 +285,13 @@ void MotionBlur::apply(const Camera& camera, const Shutter& shutter, const Depth
   find_motions();
   if (!subject_only_) find_torn();
   own_.resize(static_cast<std::size_t>(columns_ * rows_of_tiles_));
-  for_rows(rows_of_tiles_, [&](int row) {
+  parallel_each(rows_of_tiles_, 1, 0, [&](int row) {
     for (int column = 0; column < columns_; ++column) find_own(column, row, sharp);
   });
   find_reach();
   moved.resize(width_, height_, {});
-  parallel_for(static_cast<std::size_t>(columns_ * rows_of_tiles_), 4, 0,
-               [&](std::size_t begin, std::size_t end) {
-                 for (int i = static_cast<int>(begin); i < static_cast<int>(end); ++i)
-                   blur_tile(i % columns_, i / columns_, sharp, moved);
-               });
+  parallel_each(columns_ * rows_of_tiles_, 4, 0,
+                [&](int i) { blur_tile(i % columns_, i / columns_, sharp, moved); });
 }
 
 }  // namespace polyhull

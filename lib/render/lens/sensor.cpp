@@ -24,15 +24,14 @@ std::uint64_t mixed(std::uint64_t value) {
 void blur_rows(const std::vector<float>& from, std::vector<float>& to, int side,
                const std::vector<float>& weights) {
   const int reach = static_cast<int>(weights.size()) / 2;
-  parallel_for(static_cast<std::size_t>(side), 8, 0, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-      for (int x = 0; x < side; ++x) {
-        float sum = 0.0f;
-        for (int k = -reach; k <= reach; ++k)
-          sum += weights[static_cast<std::size_t>(k + reach)] *
-                 from[static_cast<std::size_t>(y * side + ((x + k) & (side - 1)))];
-        to[static_cast<std::size_t>(x * side + y)] = sum;  // turned: twice is both ways
-      }
+  parallel_each(side, 8, 0, [&](int y) {
+    for (int x = 0; x < side; ++x) {
+      float sum = 0.0f;
+      for (int k = -reach; k <= reach; ++k)
+        sum += weights[static_cast<std::size_t>(k + reach)] *
+               from[static_cast<std::size_t>(y * side + ((x + k) & (side - 1)))];
+      to[static_cast<std::size_t>(x * side + y)] = sum;  // turned: twice is both ways
+    }
   });
 }
 
@@ -124,14 +123,11 @@ void Sensor::finish(const ViewportLens& lens, const Camera& viewport, std::uint6
   if (grains) make_tile(std::max(lens.grain_size, 1.0));
   if (!falls && !grains) return;
   const auto scale = static_cast<float>(255.0 * lens.grain);
-  parallel_for(static_cast<std::size_t>(viewport.height), 16, 0,
-               [&](std::size_t begin, std::size_t end) {
-                 for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-                   std::uint8_t* row = pixels + static_cast<std::ptrdiff_t>(y) * stride;
-                   if (falls) fall_off(lens, viewport, y, row);
-                   if (grains) add_grain(frame, viewport.width, y, scale, row);
-                 }
-               });
+  parallel_each(viewport.height, 16, 0, [&](int y) {
+    std::uint8_t* row = pixels + static_cast<std::ptrdiff_t>(y) * stride;
+    if (falls) fall_off(lens, viewport, y, row);
+    if (grains) add_grain(frame, viewport.width, y, scale, row);
+  });
 }
 
 }  // namespace polyhull

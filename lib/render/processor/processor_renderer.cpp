@@ -188,19 +188,17 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
   std::atomic<double> prepared[2] = {0.0, 0.0};  // seconds
   const std::size_t lamps = 1 + lights.size(),
                     tasks = lamps + (plan.soft_lights > 0 ? SoftMasks::sides : 0);
-  parallel_for(tasks, 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t task = begin; task < end; ++task) {
-      Stopwatch own;
-      if (task == 0) {
-        ready_subjects(plan, settings, statistics);
-        bring_to_screen(frame, plan);
-      } else if (task < lamps) {
-        ready_light(frame, plan, settings, task - 1, same);
-      } else {
-        soft_masks.cut(plan, task - lamps);
-      }
-      prepared[task == 0 ? 0 : 1] += own.lap();
+  parallel_each(tasks, 1, 0, [&](std::size_t task) {
+    Stopwatch own;
+    if (task == 0) {
+      ready_subjects(plan, settings, statistics);
+      bring_to_screen(frame, plan);
+    } else if (task < lamps) {
+      ready_light(frame, plan, settings, task - 1, same);
+    } else {
+      soft_masks.cut(plan, task - lamps);
     }
+    prepared[task == 0 ? 0 : 1] += own.lap();
   });
   statistics.passes.push_back({"upload", 1e3 * prepared[0], -1.0});
   if (tasks > 1) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
@@ -370,11 +368,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
                              int background_stride, const PictureTarget& target) {
   State& s = *state_;
   statistics_ = {};
-  statistics_.subject_skipped = plan.subject.empty();
-  statistics_.shadow_skipped = plan.shadow.empty();
-  statistics_.shadow_lights = plan.lights.size() + plan.soft_lights;
-  statistics_.lights_skipped = plan.lights_skipped;
-  statistics_.set_mirrors(plan);
+  statistics_.take(plan);
   const Rectangle changed = plan.changed();
   if (changed.empty()) return;
 
@@ -407,10 +401,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
                                s.mirrors[i]->ways, unchanged, background_stride, settings.alpha);
   Blend blend(s, frame, plan, settings, background, background_stride, target);
   const int first = blend.first_band();
-  parallel_for(static_cast<std::size_t>(blend.last_band() - first + 1), 1, 0,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t i = begin; i < end; ++i) blend.draw(first + static_cast<int>(i));
-               });
+  parallel_each(blend.last_band() - first + 1, 1, 0, [&](int i) { blend.draw(first + i); });
   statistics_.pixels_shaded = blend.pixels_shaded;
   statistics_.pixels_changed = blend.pixels_changed;
   for (const auto& [name, seconds] : {std::pair{"subject", blend.seconds_subject.load()},

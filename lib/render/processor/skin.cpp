@@ -68,17 +68,13 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   if (std::exchange(reach_, reach) != reach || !same)
     for (Picture& picture : pictures_) picture.ready = false;
   std::erase_if(wanted, [&](int view) { return pictures_[static_cast<std::size_t>(view)].ready; });
-  parallel_for(wanted.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) prepare_picture(mesh, wanted[i]);
-  });
+  parallel_each(wanted.size(), 1, 0, [&](std::size_t i) { prepare_picture(mesh, wanted[i]); });
   for (const int view : wanted) {
     ++counts.pictures;
     counts.pixels += pictures_[static_cast<std::size_t>(view)].pixels.size();
   }
-  parallel_for(drawing_.views.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      add_smaller(mesh, drawing_.views[i],
-                  levels_needed(mesh, drawing_.views[i], eyes, pixel_size));
+  parallel_each(drawing_.views.size(), 1, 0, [&](std::size_t i) {
+    add_smaller(mesh, drawing_.views[i], levels_needed(mesh, drawing_.views[i], eyes, pixel_size));
   });
   views_.clear();
   colours_.clear();
@@ -105,11 +101,7 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
 
 void Skin::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft,
                          std::span<const int> others) {
-  drawing_.vertices.clear();
-  drawing_.corner.clear();
-  drawing_.lists.clear();
-  drawing_.views.clear();
-  drawing_.slot_of_view.assign(mesh.views.size(), -1);
+  drawing_.clear(mesh.views.size());
   first_.assign(1, 0);
   first_wide_.clear();
   for (const int view : others) slot_of(drawing_, static_cast<std::size_t>(view));

@@ -43,6 +43,12 @@ struct HullDrawing {
   std::vector<std::array<std::uint16_t, 4>> lists;  ///< of wide triangles
   std::vector<int> views;         ///< by slot: index into Mesh::views; only views that are used
   std::vector<int> slot_of_view;  ///< -1: not used
+
+  /// Nothing is drawn, of so many views.
+  void clear(std::size_t count_of_views) {
+    vertices.clear(), corner.clear(), lists.clear(), views.clear();
+    slot_of_view.assign(count_of_views, -1);
+  }
 };
 
 /// Where the list of the wide triangle of \p vertex begins.

@@ -68,10 +68,8 @@ void clear_border(const View& view, std::vector<std::uint32_t>& pixels) {
   if (roi.y + roi.height < view.height) clear((height - 1) * width, 1, width);
 }
 
-}  // namespace
-
-void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t>& pixels) {
-  static_assert(std::endian::native == std::endian::little);
+/// The view's pixels with a border of one that repeats them.
+void copy_with_border(const View& view, std::vector<std::uint32_t>& pixels) {
   const auto width = static_cast<std::size_t>(view.roi.width);
   const auto height = static_cast<std::size_t>(view.roi.height);
   const std::size_t stride = width + 2;
@@ -84,9 +82,41 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
   }
   std::memcpy(pixels.data(), pixels.data() + stride, 4 * stride);
   std::memcpy(pixels.data() + (height + 1) * stride, pixels.data() + height * stride, 4 * stride);
+}
+
+/// Pixels within the border that are not \p done and lie beside one that is.
+std::vector<std::size_t> pixels_beside(const std::uint8_t* done, std::size_t width,
+                                       std::size_t height) {
+  const std::size_t stride = width + 2;
+  std::vector<std::size_t> ring;
+  // Found without branches, as a row has few.
+  std::vector<std::uint8_t> flags(stride + 8, 0);
+  std::uint8_t* const __restrict beside = flags.data();
+  for (std::size_t y = 1; y <= height; ++y) {
+    const std::uint8_t* row = done + y * stride;
+    const std::uint8_t *above = row - stride, *below = row + stride;
+    for (std::size_t x = 1; x <= width; ++x)
+      beside[x] = (row[x - 1] | row[x + 1] | above[x] | below[x]) & ~row[x];
+    for (std::size_t x = 0; x <= width; x += 8) {
+      std::uint64_t any;
+      std::memcpy(&any, &beside[x], sizeof any);
+      for (; any != 0; any &= any - 1)
+        ring.push_back(y * stride + x + static_cast<std::size_t>(std::countr_zero(any)) / 8);
+    }
+  }
+  return ring;
+}
+
+}  // namespace
+
+void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t>& pixels) {
+  static_assert(std::endian::native == std::endian::little);
+  const auto width = static_cast<std::size_t>(view.roi.width);
+  const auto height = static_cast<std::size_t>(view.roi.height);
+  const std::size_t stride = width + 2;
+  copy_with_border(view, pixels);
 
   // Ring by ring: each takes the mean of what the ring before it gave.
-  std::vector<std::size_t> ring, next;
   std::vector<std::uint32_t> colours;
   std::vector<std::pair<std::size_t, std::uint32_t>> mattes;  // alpha says meanwhile what is done
   const bool soft = reach > sharp_reach;
@@ -107,21 +137,7 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
     for (std::size_t p = 0; p < count; ++p) to[p] = alpha(from[p]) >= covered;
   };
   find_covered(pixels.data(), pixels.size(), done);
-  // A row's pixels that are next to the matte, found without branches, are few.
-  std::vector<std::uint8_t> flags(stride + 8, 0);
-  std::uint8_t* const __restrict beside = flags.data();
-  for (std::size_t y = 1; y <= height; ++y) {
-    const std::uint8_t* row = done + y * stride;
-    const std::uint8_t *above = row - stride, *below = row + stride;
-    for (std::size_t x = 1; x <= width; ++x)
-      beside[x] = (row[x - 1] | row[x + 1] | above[x] | below[x]) & ~row[x];
-    for (std::size_t x = 0; x <= width; x += 8) {
-      std::uint64_t any;
-      std::memcpy(&any, &beside[x], sizeof any);
-      for (; any != 0; any &= any - 1)
-        ring.push_back(y * stride + x + static_cast<std::size_t>(std::countr_zero(any)) / 8);
-    }
-  }
+  std::vector<std::size_t> ring = pixels_beside(done, width, height), next;
   std::fill_n(done, stride, std::uint8_t{1});
   std::fill_n(done + (height + 1) * stride, stride, std::uint8_t{1});
   for (std::size_t y = 1; y <= height; ++y) done[y * stride] = done[y * stride + width + 1] = 1;

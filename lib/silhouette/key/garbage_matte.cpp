@@ -10,6 +10,7 @@
 
 #include "base/convex_hull.h"
 #include "base/error.h"
+#include "silhouette/key/key_state.h"
 
 namespace polyhull {
 namespace {
@@ -166,30 +167,14 @@ Rings bounds_outline(const Camera& camera, const Bounds& bounds) {
 }
 
 Picture polygon_mask(const Rings& rings, int width, int height, bool invert) {
-  const std::uint8_t outside = invert ? 255 : 0;
+  std::vector<std::uint8_t> plane;
+  silhouette::fill_polygon(rings, width, height, plane);
+  const std::size_t length = static_cast<std::size_t>(blocks_across(width)) * matte_block;
   Picture mask{width, height, 1, {}};
-  mask.pixels.assign(static_cast<std::size_t>(width) * height, outside);
-  std::vector<double> crossings;
-  for (int y = 0; y < height; ++y) {
-    crossings.clear();
-    for (std::size_t r = 0; r < rings.size(); ++r) {
-      const auto ring = rings.ring(r);
-      for (std::size_t i = 0; i < ring.size(); ++i) {
-        const Vec2 a = ring[i];
-        const Vec2 b = ring[(i + 1) % ring.size()];
-        if ((a.y <= y) != (b.y <= y))
-          crossings.push_back(a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
-      }
-    }
-    std::sort(crossings.begin(), crossings.end());
-    for (std::size_t i = 0; i + 1 < crossings.size(); i += 2) {
-      const int first = static_cast<int>(std::clamp(std::ceil(crossings[i]), 0.0, double(width)));
-      const int last =
-          static_cast<int>(std::clamp(std::ceil(crossings[i + 1]), 0.0, double(width)));
-      std::fill(mask.row(y) + first, mask.row(y) + std::max(first, last),
-                static_cast<std::uint8_t>(255 - outside));
-    }
-  }
+  mask.pixels.resize(static_cast<std::size_t>(width) * height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      mask.row(y)[x] = plane[length * static_cast<std::size_t>(y) + x] ^ (invert ? 255 : 0);
   return mask;
 }
 

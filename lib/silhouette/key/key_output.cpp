@@ -31,7 +31,7 @@ silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, doub
 
 struct OutputMemory {
   std::vector<std::int16_t> weights;
-  std::vector<std::uint8_t> before, mixed;
+  std::vector<std::uint8_t> before;
 };
 
 /// RGBA of one row's stretch, despilled, with \p alpha.
@@ -39,31 +39,15 @@ void composite_row(const FrameView& frame, int y, int x0, int x1,
                    const silhouette::DespillForms& despill, const std::int16_t* weights,
                    const std::uint8_t* alpha, std::uint8_t* out) {
   const auto& kernels = silhouette::ColourKernels::best();
-  switch (frame.format) {
-    case FrameFormat::rgbx:
-    case FrameFormat::rgba:
-    case FrameFormat::bgrx:
-    case FrameFormat::bgra: {
-      const bool swap = frame.format == FrameFormat::bgrx || frame.format == FrameFormat::bgra;
-      kernels.composite(frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0), x1 - x0, swap,
-                        despill, weights, alpha, out);
-      return;
-    }
-    case FrameFormat::rgb:
-    case FrameFormat::bgr:
-    case FrameFormat::gray8:
-    case FrameFormat::bayer8:
-    case FrameFormat::bayer10le:
-    case FrameFormat::bayer12le:
-      convert_row(frame, y, x0, x1, out);
-      kernels.composite(out, x1 - x0, false, despill, weights, alpha, out);
-      return;
-    default:
-      if (is_yuv(frame))
-        return kernels.composite_yuv(frame, y, x0, x1, despill, weights, alpha, out);
-      convert_row(frame, y, x0, x1, out);
-      kernels.composite(out, x1 - x0, false, despill, weights, alpha, out);
+  if (is_yuv(frame)) return kernels.composite_yuv(frame, y, x0, x1, despill, weights, alpha, out);
+  const bool swap = frame.format == FrameFormat::bgrx || frame.format == FrameFormat::bgra;
+  if (swap || frame.format == FrameFormat::rgbx || frame.format == FrameFormat::rgba) {
+    kernels.composite(frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0), x1 - x0, swap, despill,
+                      weights, alpha, out);
+    return;
   }
+  convert_row(frame, y, x0, x1, out);
+  kernels.composite(out, x1 - x0, false, despill, weights, alpha, out);
 }
 
 /// Whether \p pixel has the colour of \p plate, where that is a colour: a person is seldom as green as
@@ -99,7 +83,48 @@ void take_around(const silhouette::ClosedGaps& gaps, const FrameView& frame, int
     pixel[c] = static_cast<std::uint8_t>(sum[c] / weight + 0.5f);
 }
 
+void write_matte(const std::uint8_t* alpha, int width, std::uint8_t* out) {
+  for (int x = 0; x < width; ++x) {
+    out[4 * x] = out[4 * x + 1] = out[4 * x + 2] = alpha[x];
+    out[4 * x + 3] = 255;
+  }
+}
+
+/// Black, white, and between them blue (nearly background) to red (nearly foreground).
+void write_status(const std::uint8_t* alpha, int width, std::uint8_t* out) {
+  for (int x = 0; x < width; ++x) {
+    std::uint8_t* p = out + 4 * x;
+    const std::uint8_t v = alpha[x];
+    const bool between = v != 0 && v != 255;
+    p[0] = v;
+    p[1] = between ? 64 : v;
+    p[2] = between ? static_cast<std::uint8_t>(255 - v) : v;
+    p[3] = 255;
+  }
+}
+
 }  // namespace
+
+silhouette::DespillForms Keyer::State::despill() const {
+  if (!despills()) return {};
+  // Gains belong to the decision, not to the colour.
+  const silhouette::KeySignal signal = silhouette::key_signal(settings.key, hue, 1.0, 1.0);
+  const Rgb& screen = samples.screen;
+  const double inside =
+      samples.valid ? spill_inside * signal.of(screen[0], screen[1], screen[2]) : 512.0;
+  return despill_forms(signal, settings.spill, inside);
+}
+
+void Keyer::State::fill_gaps(const FrameView& frame, int y, const Rectangle& region,
+                             const silhouette::DespillForms& despill, std::uint8_t* out) const {
+  if (method != KeyMethod::difference || plate.empty() || !gaps.in_row(y)) return;
+  const std::uint8_t* row = &plate[4 * row_length() * static_cast<std::size_t>(y)];
+  for (int x = region.x; x < region.x + region.width; ++x) {
+    std::uint8_t* pixel = out + 4 * static_cast<std::ptrdiff_t>(x - region.x);
+    if (gaps.at(x, y) && shows_coloured(pixel, row + 4 * static_cast<std::ptrdiff_t>(x)))
+      take_around(gaps, frame, x, y, despill, pixel);
+  }
+}
 
 int Keyer::rows_below() const {
   return state_->despills() ? state_->edges.rows_below() : 0;
@@ -109,61 +134,31 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
                        KeyView view, std::uint8_t* rgba, std::ptrdiff_t stride) const {
   const State& s = *state_;
   if (view == KeyView::split) return write_split(frame, matte, rgba, stride);
-  auto& [weights, before, mixed] = silhouette::kept_by_thread<OutputMemory>();
+  auto& [weights, before] = silhouette::kept_by_thread<OutputMemory>();
   weights.resize(static_cast<std::size_t>(frame.width));
-  silhouette::DespillForms despill;
-  if (s.despills()) {
-    // Gains belong to the decision, not to the colour.
-    const silhouette::KeySignal signal = silhouette::key_signal(s.settings.key, s.hue, 1.0, 1.0);
-    const Rgb& screen = s.samples.screen;
-    const double inside =
-        s.samples.valid ? spill_inside * signal.of(screen[0], screen[1], screen[2]) : 512.0;
-    despill = despill_forms(signal, s.settings.spill, inside);
-  }
+  const silhouette::DespillForms despill = s.despill();
   for (int j = 0; j < region.height; ++j) {
     const int y = region.y + j, end = region.x + region.width;
     std::uint8_t* out = rgba + stride * j;
     const std::uint8_t* alpha = matte.row(y) + region.x;
-    // Takes the screen out of the row's pixels.
-    const auto unmix = [&](std::uint8_t* pixels) {
-      if (!s.straightens()) return;
-      const int begin = region.x / matte_block, last = (end - 1) / matte_block;
-      s.find_mixed(y, begin, last + 1, mixed);
-      for (int block = begin; block <= last; ++block) {
-        if (mixed[block - begin] == 0) continue;
-        const int first = block;
-        while (block < last && mixed[block + 1 - begin] != 0) ++block;
-        const int from = std::max(first * matte_block, region.x);
-        s.unmix_row(y, from, std::min((block + 1) * matte_block, end),
-                    pixels + 4 * static_cast<std::ptrdiff_t>(from - region.x));
-      }
-    };
     const auto composite = [&] {
       if (s.despills()) s.edges.weigh_row(y, region.x, end, weights.data());
       if (!s.straightens())
         return composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
       convert_row(frame, y, region.x, end, out);
-      unmix(out);
+      s.unmix_row(y, region.x, end, out);
       silhouette::ColourKernels::best().composite(out, region.width, false, despill, weights.data(),
                                                   alpha, out);
     };
     switch (view) {
       case KeyView::composite:
         composite();
-        if (s.method == KeyMethod::difference && !s.plate.empty() && s.gaps.in_row(y)) {
-          const std::uint8_t* plate = &s.plate[4 * s.row_length() * static_cast<std::size_t>(y)];
-          for (int x = region.x; x < end; ++x) {
-            std::uint8_t* pixel = out + 4 * static_cast<std::ptrdiff_t>(x - region.x);
-            if (s.gaps.at(x, y) &&
-                shows_coloured(pixel, plate + 4 * static_cast<std::ptrdiff_t>(x)))
-              take_around(s.gaps, frame, x, y, despill, pixel);
-          }
-        }
+        s.fill_gaps(frame, y, region, despill, out);
         break;
       case KeyView::spill:
         before.resize(static_cast<std::size_t>(region.width) * 4);
         convert_row(frame, y, region.x, end, before.data());
-        unmix(before.data());
+        s.unmix_row(y, region.x, end, before.data());
         composite();
         for (int x = 0; x < region.width; ++x) {
           std::uint8_t* p = out + 4 * x;
@@ -173,22 +168,10 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
         }
         break;
       case KeyView::matte:
-        for (int x = 0; x < region.width; ++x) {
-          out[4 * x] = out[4 * x + 1] = out[4 * x + 2] = alpha[x];
-          out[4 * x + 3] = 255;
-        }
+        write_matte(alpha, region.width, out);
         break;
       case KeyView::status:
-        for (int x = 0; x < region.width; ++x) {
-          std::uint8_t* p = out + 4 * x;
-          const std::uint8_t v = alpha[x];
-          // Black, white, and between them blue (nearly background) to red (nearly foreground).
-          const bool between = v != 0 && v != 255;
-          p[0] = v;
-          p[1] = between ? 64 : v;
-          p[2] = between ? static_cast<std::uint8_t>(255 - v) : v;
-          p[3] = 255;
-        }
+        write_status(alpha, region.width, out);
         break;
       case KeyView::split:
         break;  // above

@@ -11,6 +11,7 @@
 #include "silhouette/key/closed_gaps.h"
 #include "silhouette/key/edge_map.h"
 #include "silhouette/key/key_signal.h"
+#include "silhouette/pixels/colour_kernels.h"
 #include "silhouette/pixels/thread_memory.h"
 
 namespace polyhull {
@@ -167,6 +168,7 @@ struct Keyer::State {
   // Which of the blocks [begin, end) of row y unmix_row() has to change: mixed ones, and empty ones so near to
   // others that mattes which are blurred later show them.
   void find_mixed(int y, int begin, int end, std::vector<std::uint8_t>& counts) const;
+  void unmix_stretch(int y, int x0, int x1, std::uint8_t* pixels) const;
   void unmix_plate_row(int y, int x0, int x1, std::uint8_t* pixels) const;
   template <class Coding>
   void unmix_local_row(const Coding& coding, int y, int x0, int x1, std::uint8_t* pixels) const;
@@ -174,6 +176,12 @@ struct Keyer::State {
   float doubt() const;
   bool straightens() const { return despills() && method == KeyMethod::soft; }
   bool despills() const { return settings.spill > 0.0 && method != KeyMethod::difference; }
+  // How the settings have spill taken out; nothing, where not despills().
+  silhouette::DespillForms despill() const;
+  // Gives pixels of a row that closing brought back before a coloured plate the colours around them;
+  // out: the row's RGBA in the region.
+  void fill_gaps(const FrameView& frame, int y, const Rectangle& region,
+                 const silhouette::DespillForms& despill, std::uint8_t* out) const;
   void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, const RowKey& key,
                        std::uint8_t* alpha, BlockState* states) const;
   struct RowMemory;

@@ -28,9 +28,9 @@ struct RowColours {
   std::vector<std::uint8_t> has_subject;
 };
 
-/// Whether columns of blocks show anything.
+/// Which blocks of a row find_mixed() has found, and whether columns of blocks around show anything.
 struct BlocksAround {
-  std::vector<std::uint8_t> shown;
+  std::vector<std::uint8_t> mixed, shown;
 };
 
 /// Of tiles [from, to).
@@ -136,6 +136,21 @@ void Keyer::State::find_mixed(int y, int begin, int end, std::vector<std::uint8_
 }
 
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {
+  if (!straightens()) return;
+  auto& mixed = silhouette::kept_by_thread<BlocksAround>().mixed;
+  const int begin = x0 / matte_block, last = (x1 - 1) / matte_block;
+  find_mixed(y, begin, last + 1, mixed);
+  for (int block = begin; block <= last; ++block) {
+    if (mixed[block - begin] == 0) continue;
+    const int first = block;
+    while (block < last && mixed[block + 1 - begin] != 0) ++block;
+    const int from = std::max(first * matte_block, x0);
+    unmix_stretch(y, from, std::min((block + 1) * matte_block, x1),
+                  pixels + 4 * static_cast<std::ptrdiff_t>(from - x0));
+  }
+}
+
+void Keyer::State::unmix_stretch(int y, int x0, int x1, std::uint8_t* pixels) const {
   if (local) return unmix_plate_row(y, x0, x1, pixels);
   if (first_spans.empty()) return;
   if (mixing.in_light())

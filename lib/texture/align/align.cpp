@@ -221,11 +221,9 @@ std::vector<PictureFlow> PictureAligner::find(const Hull& hull, std::span<const 
   std::swap(grids_, last_grids_);
   grids_.resize(views);
   std::vector<std::uint8_t> same(views, 0);
-  parallel_for(views, 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      sample(cameras[k], pictures[k], texturing.maps[k], grids_[k]);
-      same[k] = k < last_grids_.size() && grids_[k] == last_grids_[k];
-    }
+  parallel_each(views, 1, threads, [&](std::size_t k) {
+    sample(cameras[k], pictures[k], texturing.maps[k], grids_[k]);
+    same[k] = k < last_grids_.size() && grids_[k] == last_grids_[k];
   });
   std::vector<Pair> pairs = pairs_of(hull);
   const bool same_pairs = pairs == pairs_;
@@ -233,8 +231,7 @@ std::vector<PictureFlow> PictureAligner::find(const Hull& hull, std::span<const 
   found_.resize(pairs_.size());
   std::mutex mutex;  // of finders_
   const auto reused = [&](const Pair& pair) {
-    return same_pairs && same[static_cast<std::size_t>(pair.view)] &&
-           same[static_cast<std::size_t>(pair.other)];
+    return same_pairs && same[pair.view] && same[pair.other];
   };
   parallel_for(pairs_.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<FlowFinder> finder;
@@ -248,8 +245,7 @@ std::vector<PictureFlow> PictureAligner::find(const Hull& hull, std::span<const 
     if (!finder) finder = std::make_unique<FlowFinder>();
     for (std::size_t n = begin; n < end; ++n)
       if (!reused(pairs_[n]))
-        found_[n] = compare(pairs_[n], grids_[static_cast<std::size_t>(pairs_[n].view)],
-                            grids_[static_cast<std::size_t>(pairs_[n].other)], *finder);
+        found_[n] = compare(pairs_[n], grids_[pairs_[n].view], grids_[pairs_[n].other], *finder);
     const std::lock_guard lock(mutex);
     finders_.push_back(std::move(finder));
   });

@@ -195,37 +195,35 @@ void ColourMemory::recall(const Hull& hull, const ColourViews& views, float pixe
     return trace.confidence * static_cast<float>(trust[span_of(trace.hidden)]);
   };
   std::atomic<std::size_t> vertices = 0;
-  parallel_for(samples.size(), 256, views.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      if (!samples[v].open) continue;
-      const Vec3f place = hull.vertices[v] + shift, normal = views.texturing.normals[v];
-      std::uint32_t nearest = no_point;
-      for (const float radius : {0.25f * reach, reach})
-        if (nearest == no_point)
-          nearest = nearest_point(grid, points_.normals, place, normal, radius * pixel, 0.3f);
-      if (nearest == no_point) continue;
-      // Beside what is remembered nothing is known; before or behind it, where a guessed surface bulges,
-      // what was seen there is known, and the less where the deeper it lies.
-      const Vec3f way = (points_.positions[nearest] - place) / pixel;
-      const float deep = glm::dot(way, normal), wide = 2.0f + 0.8f * std::abs(deep);
-      Vec3f colour(0.0f);
-      float weight = 0.0f, confidence = 0.0f;
-      grid.near(place, (glm::length(way) + wide) * pixel, [&](std::uint32_t i, float square) {
-        if (!alike(points_.normals[i], normal)) return;
-        const float height = glm::dot(place - points_.positions[i], normal) / pixel;
-        const float aside = square / (pixel * pixel) - height * height;
-        const float own = traces_[i].confidence * std::exp(-aside / (wide * wide));
-        colour += own * points_.colours[i];
-        weight += own;
-        confidence = std::max(
-            confidence, sureness(traces_[i]) * std::exp(-aside / (beside * beside + wide * wide) -
-                                                        height * height / (behind * behind)));
-      });
-      if (!(weight > 0.0f)) continue;
-      const float share = confidence * (1.0f - samples[v].confidence);
-      fill[v] = mixed(fill[v], colour / weight, share);
-      vertices += share >= 0.5f;
-    }
+  parallel_each(samples.size(), 256, views.threads, [&](std::size_t v) {
+    if (!samples[v].open) return;
+    const Vec3f place = hull.vertices[v] + shift, normal = views.texturing.normals[v];
+    std::uint32_t nearest = no_point;
+    for (const float radius : {0.25f * reach, reach})
+      if (nearest == no_point)
+        nearest = nearest_point(grid, points_.normals, place, normal, radius * pixel, 0.3f);
+    if (nearest == no_point) return;
+    // Beside what is remembered nothing is known; before or behind it, where a guessed surface bulges,
+    // what was seen there is known, and the less where the deeper it lies.
+    const Vec3f way = (points_.positions[nearest] - place) / pixel;
+    const float deep = glm::dot(way, normal), wide = 2.0f + 0.8f * std::abs(deep);
+    Vec3f colour(0.0f);
+    float weight = 0.0f, confidence = 0.0f;
+    grid.near(place, (glm::length(way) + wide) * pixel, [&](std::uint32_t i, float square) {
+      if (!alike(points_.normals[i], normal)) return;
+      const float height = glm::dot(place - points_.positions[i], normal) / pixel;
+      const float aside = square / (pixel * pixel) - height * height;
+      const float own = traces_[i].confidence * std::exp(-aside / (wide * wide));
+      colour += own * points_.colours[i];
+      weight += own;
+      confidence = std::max(
+          confidence, sureness(traces_[i]) * std::exp(-aside / (beside * beside + wide * wide) -
+                                                      height * height / (behind * behind)));
+    });
+    if (!(weight > 0.0f)) return;
+    const float share = confidence * (1.0f - samples[v].confidence);
+    fill[v] = mixed(fill[v], colour / weight, share);
+    vertices += share >= 0.5f;
   });
   statistics_.vertices = vertices;
 }

@@ -129,9 +129,8 @@ std::vector<ColourPair> colour_pairs(const Hull& hull, const ColourViews& views)
   }
   const std::vector<Place> places = places_on(hull);
   std::vector<Seen> seen(places.size());
-  parallel_for(places.size(), 256, views.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      seen[i] = look_at(hull, places[i], eyes, centres, views.texturing);
+  parallel_each(places.size(), 256, views.threads, [&](std::size_t i) {
+    seen[i] = look_at(hull, places[i], eyes, centres, views.texturing);
   });
   std::vector<std::array<std::vector<float>, 3>> ratios(count * count);
   for (const Seen& s : seen)

@@ -180,15 +180,13 @@ void solve(Nodes& nodes, const std::vector<MotionEquations>& own, float window, 
     return;
   }
   const float s = window * pixel;
-  parallel_for(nodes.list.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      Node& node = nodes.list[n];
-      MotionEquations sum;
-      for (const auto& [other, way] : node.around)
-        if (way < reach * s) sum.add(own[other], std::exp(-way * way / (s * s)));
-      sum.hold(node.motion(node.middle), 25.0 * pixel, 35.0 * one);
-      node.motion = sum.solved(node.motion);
-    }
+  parallel_each(nodes.list.size(), 8, threads, [&](std::size_t n) {
+    Node& node = nodes.list[n];
+    MotionEquations sum;
+    for (const auto& [other, way] : node.around)
+      if (way < reach * s) sum.add(own[other], std::exp(-way * way / (s * s)));
+    sum.hold(node.motion(node.middle), 25.0 * pixel, 35.0 * one);
+    node.motion = sum.solved(node.motion);
   });
 }
 
@@ -210,24 +208,20 @@ void carry(ColouredPoints& points, std::span<const std::uint8_t> seen, const See
   const PointGrid grid(now.points.positions, 6.0f * pixel);
   std::vector<MotionEquations> own(nodes.list.size());
   for (const float window : windows) {
-    parallel_for(nodes.list.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n) {
-        own[n] = {};
-        for (const std::uint32_t i : nodes.list[n].members) {
-          const auto [place, normal] = moved(nodes, points, i, pixel);
-          compare(own[n], place, normal, points.colours[i], grid, now);
-        }
+    parallel_each(nodes.list.size(), 8, threads, [&](std::size_t n) {
+      own[n] = {};
+      for (const std::uint32_t i : nodes.list[n].members) {
+        const auto [place, normal] = moved(nodes, points, i, pixel);
+        compare(own[n], place, normal, points.colours[i], grid, now);
       }
     });
     solve(nodes, own, window, pixel, threads);
   }
   ColouredPoints out = points;
-  parallel_for(points.size(), 1024, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto [place, normal] = moved(nodes, points, i, pixel);
-      out.positions[i] = place;
-      out.normals[i] = normal;
-    }
+  parallel_each(points.size(), 1024, threads, [&](std::size_t i) {
+    const auto [place, normal] = moved(nodes, points, i, pixel);
+    out.positions[i] = place;
+    out.normals[i] = normal;
   });
   points = std::move(out);
 }

@@ -97,15 +97,9 @@ Calibration calibrate_wand(Take take, const WandSettings& settings) {
   for (const TakeCamera& camera : take.cameras)
     lenses.push_back(start_of(camera, settings.field_of_view));
   settings.progress("placing cameras", 0.0);
-  Calibration out;
-  out.adjusted = adjust_points(take, lenses, place_by_points(take, lenses), settings);
-  refuse_plane(take, out.adjusted);
-  out.take = std::move(take);
-  for (std::size_t c = 0; c < out.take.cameras.size(); ++c)
-    out.cameras.push_back(fit_of(out.take, out.adjusted, c));
-  out.rig.cameras = out.adjusted.cameras;
-  out.rig.up = Vec3(0.0, -1.0, 0.0);  // a camera's y points down
-  return out;
+  Adjusted adjusted = adjust_points(take, lenses, place_by_points(take, lenses), settings);
+  refuse_plane(take, adjusted);
+  return calibration_of(std::move(take), std::move(adjusted));
 }
 
 }  // namespace polyhull::calibration

@@ -252,11 +252,7 @@ class PointAdjuster {
     out.cameras = cameras_;
     for (const Vec3& point : points_) out.boards.push_back({Mat3(1.0), point});
     out.views = std::move(fits_);
-    for (Uncertainty& u : uncertainties_) {
-      u.centre *= noise_ * noise_;
-      u.rotation *= noise_ * noise_;
-      for (double& sigma : u.lens) sigma *= noise_;
-    }
+    for (Uncertainty& uncertainty : uncertainties_) uncertainty.scale(noise_);
     out.uncertainties = std::move(uncertainties_);
     return out;
   }

@@ -173,15 +173,13 @@ void relax(TriangleMesh& mesh, const std::function<float(const Vec3f&)>& value,
         counts[from] += 1.0f;
       }
     }
-    parallel_for(mesh.vertices.size(), 512, 0, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        Vec3f p = sums[i] / counts[i];
-        for (int step = 0; step < (pass + 1 == passes ? 3 : 1); ++step) {
-          const Vec3f g = gradient(p);
-          p -= g * (value(p) / std::max(glm::dot(g, g), 0.1f));
-        }
-        mesh.vertices[i] = p;
+    parallel_each(mesh.vertices.size(), 512, 0, [&](std::size_t i) {
+      Vec3f p = sums[i] / counts[i];
+      for (int step = 0; step < (pass + 1 == passes ? 3 : 1); ++step) {
+        const Vec3f g = gradient(p);
+        p -= g * (value(p) / std::max(glm::dot(g, g), 0.1f));
       }
+      mesh.vertices[i] = p;
     });
   }
 }

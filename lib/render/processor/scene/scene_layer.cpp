@@ -31,17 +31,15 @@ template <class Part>
 bool draw_missing(const std::vector<Part>& drawn, std::span<const Rectangle> parts, int width,
                   const std::function<void(int, int, int)>& draw) {
   std::atomic<bool> any = false;
-  parallel_for(drawn.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const int number = static_cast<int>(i);
-      const auto [left, right] = columns_of(parts, number);
-      if (left == right || drawn[i].holds(left, right)) continue;
-      // What is asked for at first; should that grow, the view stays, and all of it is drawn.
-      const bool again = drawn[i].right > drawn[i].left;
-      draw(number, again ? 0 : left / 32 * 32,
-           again ? width : std::min(width, (right + 31) / 32 * 32));
-      any = true;
-    }
+  parallel_each(drawn.size(), 1, 0, [&](std::size_t i) {
+    const int number = static_cast<int>(i);
+    const auto [left, right] = columns_of(parts, number);
+    if (left == right || drawn[i].holds(left, right)) return;
+    // What is asked for at first; should that grow, the view stays, and all of it is drawn.
+    const bool again = drawn[i].right > drawn[i].left;
+    draw(number, again ? 0 : left / 32 * 32,
+         again ? width : std::min(width, (right + 31) / 32 * 32));
+    any = true;
   });
   return any;
 }
