@@ -269,9 +269,11 @@ void HullRefiner::State::keep_thin() {
 
 /// Takes away what contradictions make of the surface where fins of the hull stand off the body.
 void HullRefiner::State::tidy() {
-  float pixels = 0.0f;  // of a cell, the mean
-  for (const ContactView& view : distance.views)
+  float pixels = 0.0f, most_pixels = 2.0f;  // of a cell: the mean, and in the nearest view
+  for (const ContactView& view : distance.views) {
     pixels += pixels_of_a_cell(view) / static_cast<float>(distance.views.size());
+    most_pixels = std::max(most_pixels, pixels_of_a_cell(view));
+  }
   pixels = std::max(pixels, 2.0f);
   const float unsure = unsure_cells + unsure_pixels / pixels;
   std::vector<LevelRuns> runs;
@@ -281,7 +283,7 @@ void HullRefiner::State::tidy() {
     const auto needed = [&](const Vec3f& node) {
       return is_needed(node, fine, runs, rays, unsure);
     };
-    if (fill_narrow_tunnels(fine[p], narrow_tunnel, hole_pixels / pixels, labels) > 0)
+    if (fill_narrow_tunnels(fine[p], narrow_tunnel, hole_pixels / most_pixels, labels) > 0)
       runs[p] = find_runs(fine[p], 0.0f);
     if (runs[p].handles > 0 && cut_thin_handles(fine[p], runs[p], thin_handle, needed, labels) > 0)
       runs[p] = find_runs(fine[p], 0.0f);

@@ -11,8 +11,6 @@ namespace {
 
 /// Nodes of the coarse grid that are less than this many cells outside may have finer ones inside.
 constexpr float near_cells = 1.1f;
-/// By how much the coarse H may be wrong near the hull, and fits may raise f.
-constexpr float hull_near = 0.6f;
 /// Where the coarse H is lower, no node beside it is inside, and nothing else needs to be known.
 constexpr float surely_outside = -1.1f;
 /// No fit lifts f from below this to above 0.
@@ -128,13 +126,13 @@ void find_hull(const Level& coarse, const HullRows& hull, Level& fine, int y, in
   // Where H matters what the coarse one says, else far inside.
   for (int x = extent.begin; x < extent.end; ++x) {
     const float below = f[x] < 0.0f ? f[x] + hull_near : hull_near;
-    out[x] = (f[x] >= never_inside) & (rough[x] < below) ? rough[x] : 1e6f;
+    out[x] = (f[x] >= never_inside) & (rough[x] < below) ? rough[x] : hull_far;
   }
   memory.x.resize(grid.row());
   std::size_t count = 0;
   for (int x = extent.begin; x < extent.end; ++x) {
     memory.x[count] = static_cast<float>(x);
-    count += (out[x] > surely_outside) & (out[x] < 1e5f);
+    count += (out[x] > surely_outside) & (out[x] < hull_far);
   }
   memory.x.resize(count);
   memory.exact.resize(memory.x.size());

@@ -11,9 +11,14 @@
 
 namespace polyhull::refine {
 
+/// By how much the coarse H may be wrong near the hull, and fits may raise f.
+inline constexpr float hull_near = 0.6f;
+/// Level::hull where H is certainly above f, by \p hull_near where f is below 0.
+inline constexpr float hull_far = 1e6f;
+
 /// Makes \p fine from \p coarse: f by cubic B-splines at half its cell (even nodes (1, 6, 1) / 8, odd
 /// ones (4, 4) / 8; it smooths as well) where it may be inside, else `outside`; and as its H the
-/// exact one where the coarse H says that the hull is near, else what is certainly above f.
+/// exact one where the coarse H says that the hull is near, else hull_far.
 void make_fine(const Level& coarse, const HullDistance& hull, Level& fine, int threads);
 
 /// f <- min(f, H), and `outside` at the grid's border.

@@ -191,15 +191,23 @@ std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRun
            covers(components, c, fine[part], components.levels[part],
                   inside(rays.rays[i], inwards));
   };
+  const auto is_enough_needed = [&](std::uint32_t c) {
+    int needing = 0;
+    for (std::size_t i = 0; i < touched.size() && needing < least_rays; ++i) needing += needs(i, c);
+    return needing == least_rays;
+  };
   // Once more, since smaller ones may have turned out to be enough.
   for (int round = 0; round < 2; ++round)
     for (std::uint32_t c = 1; c < count; ++c) {
       needed[c] = false;
-      int needing = 0;
-      for (std::size_t i = 0; i < touched.size() && needing < least_rays; ++i)
-        needing += needs(i, c);
-      needed[c] = needing == least_rays;
+      needed[c] = is_enough_needed(c);
     }
+  // What was enough for another may have gone after it.
+  for (bool restored = true; restored;) {
+    restored = false;
+    for (std::uint32_t c = 1; c < count; ++c)
+      if (!needed[c] && is_enough_needed(c)) needed[c] = restored = true;
+  }
   for (std::size_t p = 0; p < fine.size(); ++p)
     for (std::size_t r = 0; r < fine[p].rows.size(); ++r)
       for (const Run& run : components.levels[p].row(r)) {

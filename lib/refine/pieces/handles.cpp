@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "refine/field/fine_field.h"
+
 namespace polyhull::refine {
 namespace {
 
@@ -16,6 +18,8 @@ using Around = std::uint32_t;
 constexpr int own = 13;
 /// Of f, in what is filled.
 constexpr float least_fill = 0.02f;
+/// By how much the middle of a hole may be farther outside the hull than the node beside it, cells.
+constexpr float between_nodes = 0.25f;
 
 /// How nodes of a kind hang together: over faces of cells those inside, over edges and corners, too, those
 /// outside.
@@ -221,6 +225,11 @@ bool is_between_walls(const Level& level, std::size_t node) {
   return false;
 }
 
+/// H at \p node, where f is \p value, or where Level::hull does not say it what it is at least.
+float hull_at(const Level& level, std::size_t node, float value) {
+  return level.hull[node] < hull_far ? level.hull[node] : value + hull_near;
+}
+
 /// Fills all nodes outside that are between walls, less than \p depth deep there and at most \p beyond
 /// outside the hull: as deep inside as they were outside, where the hull allows.
 std::vector<Taken> fill_all(Level& level, float depth, float beyond) {
@@ -229,12 +238,14 @@ std::vector<Taken> fill_all(Level& level, float depth, float beyond) {
     for (int x = level.rows[r].begin; x < level.rows[r].end; ++x) {
       const std::size_t node = r * level.grid.row() + static_cast<std::size_t>(x);
       const float value = level.values[node];
-      if (value <= 0.0f && value > -depth && level.hull[node] >= -beyond &&
+      if (value <= 0.0f && value > -depth &&
+          hull_at(level, node, value) >= std::min(between_nodes - beyond, 0.0f) &&
           is_between_walls(level, node))
         taken.push_back({node, value});
     }
   for (const Taken& one : taken)
-    level.values[one.node] = std::max(std::min(-one.value, level.hull[one.node]), least_fill);
+    level.values[one.node] =
+        std::max(std::min(-one.value, hull_at(level, one.node, one.value)), least_fill);
   return taken;
 }
 

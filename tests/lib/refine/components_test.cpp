@@ -15,6 +15,7 @@
 #include "hull/measure.h"
 #include "refine/field/cell_surface.h"
 #include "refine/field/contact_rays.h"
+#include "refine/field/fine_field.h"
 #include "refine/pieces/components.h"
 #include "refine/pieces/handles.h"
 #include "refine/refine.h"
@@ -340,11 +341,22 @@ TEST(Handles, TunnelsThatAreWideOrSeenStay) {
     EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.05f, labels), 0u) << kind;
     EXPECT_EQ(level.values, values) << kind;
   }
-  for (const auto& [hull, value] : {std::pair(0.1f, 0.1f), {-0.03f, 0.02f}}) {
+  for (const auto& [hull, f, value] : {std::tuple(0.1f, -0.2f, 0.1f),
+                                       {-0.03f, -0.2f, 0.02f},
+                                       {refine::hull_far, -0.2f, 0.2f},
+                                       {refine::hull_far, -0.35f, 0.25f}}) {
     refine::Level level = tunnel(1, -0.4f);
-    level.hull[level.grid.node(8, 6, 8)] = hull;
-    EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.05f, labels), 1u);
-    EXPECT_EQ(level.values[level.grid.node(8, 6, 8)], value);
+    const std::size_t node = level.grid.node(8, 6, 8);
+    level.hull[node] = hull;
+    level.values[node] = f;
+    EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.3f, labels), 1u);
+    EXPECT_NEAR(level.values[node], value, 1e-6f);
+  }
+  // Between two nodes a hole may be a quarter of a cell farther outside than they are.
+  for (const auto& [hull, filled] : {std::pair(-0.04f, 1u), {-0.06f, 0u}}) {
+    refine::Level level = tunnel(1, -0.4f);
+    for (int z = 0; z < 12; ++z) level.hull[level.grid.node(8, 6, z)] = hull;
+    EXPECT_EQ(refine::fill_narrow_tunnels(level, 0.5f, 0.3f, labels), filled) << hull;
   }
 }
 
