@@ -10,8 +10,9 @@
 namespace polyhull::processor {
 namespace {
 
-constexpr float far = 500.0f;  // sizes of the subjects' box
-constexpr int finest = 80;     // texels: some 2 cm of a person
+constexpr float far = 500.0f;   // sizes of the subject's box
+constexpr int finest = 80;      // texels: some 2 cm of a person
+constexpr float beside = 1e9f;  // a tangent where no mask has anything
 
 std::size_t side_of(const Vec3f& way) {
   const Vec3f size = glm::abs(way);
@@ -38,69 +39,69 @@ void SoftMasks::choose_directions() {
                        return side_of(a.direction) < side_of(b.direction);
                      });
   }
-}
-
-/// Puts the cube around \p people.
-void SoftMasks::place(const Bounds& people) {
-  const Vec3f middle(0.5 * (people.min + people.max));
-  const float distance = far * static_cast<float>(glm::distance(people.min, people.max));
   for (std::size_t k = 0; k < sides; ++k) {
     Side& side = sides_[k];
-    const Vec3f axis = axis_of(k), u = distance * Vec3f(axis.z, axis.x, axis.y);
-    side.light = {};
-    side.light.centre = middle + distance * axis;
-    side.light.u = u;
-    side.light.v = glm::cross(u, axis);  // shines to cross(u, v), inwards
-    side.places.clear();
+    side.ways.clear();
     for (std::size_t set = 0; set < sets; ++set) {
-      side.first[set] = side.places.size();
+      side.first[set] = side.ways.size();
       for (const EnvironmentPart& part : set_[set])
-        if (side_of(part.direction) == k)
-          side.places.push_back(middle +
-                                distance / glm::dot(part.direction, axis) * part.direction);
+        if (side_of(part.direction) == k) side.ways.push_back(part.direction);
     }
-    side.first[sets] = side.places.size();
+    side.first[sets] = side.ways.size();
   }
 }
 
 void SoftMasks::set(const RenderPlan& plan, const Parts& parts, bool same) {
   if (same && parts == parts_) return;
+  ++generation_;
   if (std::exchange(parts_, parts) != parts) {
     ++directions_;
     choose_directions();
   }
-  Bounds people = plan.subjects.front().bounds;
   balls_.clear();
   for (const PlacedSubject& subject : plan.subjects) {
     const Bounds& own = subject.bounds;
-    people = {glm::min(people.min, own.min), glm::max(people.max, own.max)};
     balls_.push_back({Vec3f(0.5 * (own.min + own.max)),
-                      1.001f * static_cast<float>(0.5 * glm::distance(own.min, own.max))});
+                      1.001f * static_cast<float>(0.5 * glm::distance(own.min, own.max)),
+                      far * static_cast<float>(glm::distance(own.min, own.max))});
   }
-  place(people);
   for (Side& side : sides_) side.cut = false;
   aimed_ = false;
 }
 
 void SoftMasks::cut(const RenderPlan& plan, std::size_t number) {
   Side& side = sides_[number];
-  if (std::exchange(side.cut, true) || side.places.empty()) return;
-  const std::size_t count = plan.subjects.size();
-  side.masks.resize(count);
-  side.any.assign(count, 0);
-  for (std::size_t i = 0; i < count; ++i) {
+  if (std::exchange(side.cut, true) || side.ways.empty()) return;
+  const Vec3f axis = axis_of(number);
+  side.hiders.resize(plan.subjects.size());
+  for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     const PlacedSubject& subject = plan.subjects[i];
-    side.reach.build(side.light, subject.points, {});  // of which the light's axes are wanted alone
-    side.any[i] =
-        side.masks[i].set(side.reach, subject.points, subject.mesh->hull.triangles, finest);
+    const auto& [middle, radius, distance] = balls_[i];
+    Light light;
+    light.centre = middle + distance * axis;
+    light.u = distance * Vec3f(axis.z, axis.x, axis.y);
+    light.v = glm::cross(light.u, axis);  // shines to cross(u, v), inwards
+    Hider& hider = side.hiders[i];
+    hider.reach.build(light, {}, {});  // the light's axes are wanted alone
+    hider.any = hider.masks.set(hider.reach, subject.points, subject.mesh->hull.triangles, finest);
   }
 }
 
 void SoftMasks::aim() {
   if (std::exchange(aimed_, true)) return;
-  for (Side& side : sides_)
-    for (std::size_t i = 0; i < side.any.size(); ++i)
-      if (side.any[i] && !side.places.empty()) side.masks[i].aim(side.places);
+  std::vector<Vec3f> places;
+  for (std::size_t k = 0; k < sides; ++k) {
+    Side& side = sides_[k];
+    if (side.ways.empty()) continue;
+    const Vec3f axis = axis_of(k);
+    for (std::size_t i = 0; i < side.hiders.size(); ++i) {
+      const auto& [middle, radius, distance] = balls_[i];
+      places.clear();
+      for (const Vec3f& way : side.ways)
+        places.push_back(middle + distance / glm::dot(way, axis) * way);
+      if (side.hiders[i].any) side.hiders[i].masks.aim(places);
+    }
+  }
 }
 
 bool SoftMasks::may_hide(const Receiver& receiver) const {
@@ -121,21 +122,23 @@ void SoftMasks::find_hidden(int set, std::span<const Vec3f> points, std::uint64_
     const std::size_t first = side.first[static_cast<std::size_t>(set)];
     const int count = static_cast<int>(side.first[static_cast<std::size_t>(set) + 1] - first);
     if (count == 0) continue;
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      const LightReach::Place at = side.reach.place(points[k]);
-      s.x[k] = at.tangents.x;
-      s.y[k] = at.tangents.y;
-      s.w[k] = at.inverse;
-    }
-    const MaskPoints receivers{static_cast<int>(points.size()), s.x.data(), s.y.data(), s.w.data()};
-    for (int done = 0; done < count; done += 32) {
-      s.found.assign(points.size(), 0);
-      for (std::size_t i = 0; i < side.any.size(); ++i)
-        if (side.any[i])
-          side.masks[i].find_hidden(first + static_cast<std::size_t>(done),
-                                    std::min(count - done, 32), receivers, s.found.data());
-      for (std::size_t k = 0; k < points.size(); ++k)
-        hidden[k] |= std::uint64_t{s.found[k]} << (bit + done);
+    for (const Hider& hider : side.hiders) {
+      if (!hider.any) continue;
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        const LightReach::Place at = hider.reach.place(points[k]);
+        s.x[k] = at.inverse > 0.0f ? at.tangents.x : beside;  // beyond the cube nothing is hidden
+        s.y[k] = at.tangents.y;
+        s.w[k] = at.inverse;
+      }
+      const MaskPoints receivers{static_cast<int>(points.size()), s.x.data(), s.y.data(),
+                                 s.w.data()};
+      for (int done = 0; done < count; done += 32) {
+        s.found.assign(points.size(), 0);
+        hider.masks.find_hidden(first + static_cast<std::size_t>(done), std::min(count - done, 32),
+                                receivers, s.found.data());
+        for (std::size_t k = 0; k < points.size(); ++k)
+          hidden[k] |= std::uint64_t{s.found[k]} << (bit + done);
+      }
     }
     bit += count;
   }

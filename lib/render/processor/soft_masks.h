@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// What subjects hide of soft light from all around: a bit image for each of the directions from which it
-/// comes, of all subjects' triangles.
+/// What subjects hide of soft light from all around: for each a bit image for each of the directions from which
+/// the light comes, of its triangles.
 ///
-/// The directions are those of the sides of a cube around the subjects, so large that one direction of it is
-/// the same from all places near them. Each side is an area light of which LightMasks knows what subjects
-/// hide: they are cut into sections once for each side, not once for each direction.
+/// The directions are those of the sides of a cube around the subject, so large that one direction of it is
+/// the same from all places near. Each side is an area light of which LightMasks knows what the subject
+/// hides: it is cut into sections once for each side, not once for each direction. The images are as exact
+/// as the cube is small: each subject has its own, however far apart they stand.
 #pragma once
 
 #include <array>
@@ -42,6 +43,8 @@ class SoftMasks {
 
   /// Another number than before where the directions are others.
   std::uint64_t directions() const { return directions_; }
+  /// Another number than before, and not 0, where anything is.
+  std::uint64_t generation() const { return generation_; }
   std::span<const EnvironmentPart> set_of(int set) const {
     return set_[static_cast<std::size_t>(set)];
   }
@@ -54,24 +57,27 @@ class SoftMasks {
   void find_hidden(int set, std::span<const Vec3f> points, std::uint64_t* hidden) const;
 
  private:
-  struct Side {
-    Light light;
+  /// A subject before a side of its cube.
+  struct Hider {
     LightReach reach;
-    std::vector<LightMasks> masks;              // by subject
-    std::vector<std::uint8_t> any;              // by subject: whether its masks are to be asked
-    std::vector<Vec3f> places;                  // by set
-    std::array<std::size_t, sets + 1> first{};  // of places, by set
+    LightMasks masks;
+    bool any = false;  // whether the masks are to be asked
+  };
+  struct Side {
+    std::vector<Vec3f> ways;                    // directions, by set
+    std::array<std::size_t, sets + 1> first{};  // of these, by set
+    std::vector<Hider> hiders;                  // by subject
     bool cut = false;
   };
   struct Ball {
     Vec3f centre{0.0f};
     float radius = 0.0f;
+    float distance = 0.0f;  // from the centre to the cube's sides
   };
   void choose_directions();
-  void place(const Bounds& people);
 
   Parts parts_;
-  std::uint64_t directions_ = 0;
+  std::uint64_t directions_ = 0, generation_ = 0;
   std::array<std::vector<EnvironmentPart>, sets> set_;  // each by side
   std::array<Side, sides> sides_;
   std::vector<Ball> balls_;  // around the subjects
