@@ -37,7 +37,7 @@ TEST_F(RenderLoops, GatherGivesTheSameBits) {
   for (int round = 0; round < 40; ++round) {
     ShadowTile tile;
     fill(tile.inverse, 0.3f, 0.3f + 0.02f * static_cast<float>(round % 5));
-    fill(tile.mean, 0.0f, 2.0f);
+    for (auto& mean : tile.mean) fill(mean, 0.0f, 2.0f);
     fill(tile.normal_x, -0.1f, 0.1f);
     fill(tile.normal_y, 0.9f, 1.0f);
     fill(tile.normal_z, -0.1f, 0.1f);
@@ -46,10 +46,20 @@ TEST_F(RenderLoops, GatherGivesTheSameBits) {
     fill(tile.ray, -1.0f, -0.5f);
     fill(tile.ray_x, 0.0f, 0.01f);
     fill(tile.ray_y, 0.0f, 0.01f);
-    float baseline[ShadowTile::side * ShadowTile::side], avx2[ShadowTile::side * ShadowTile::side];
-    Loops::baseline().gather(tile, baseline);
-    Loops::avx2().gather(tile, avx2);
+    // And of three channels those of each.
+    constexpr int channels = ShadowTile::channels;
+    float baseline[channels][ShadowTile::side * ShadowTile::side],
+        avx2[std::size(baseline)][std::size(baseline[0])];
+    Loops::baseline().gather(tile, channels, baseline[0]);
+    Loops::avx2().gather(tile, channels, avx2[0]);
     EXPECT_EQ(std::memcmp(baseline, avx2, sizeof baseline), 0) << round;
+    for (int c = 0; c < channels; ++c) {
+      if (c > 0) std::copy(std::begin(tile.mean[c]), std::end(tile.mean[c]), tile.mean[0]);
+      for (const Loops* loops : {&Loops::baseline(), &Loops::avx2()}) {
+        loops->gather(tile, 1, avx2[0]);
+        EXPECT_EQ(std::memcmp(baseline[c], avx2[0], sizeof avx2[0]), 0) << round;
+      }
+    }
   }
 }
 
@@ -58,7 +68,7 @@ TEST_F(RenderLoops, GatherTakesAllOfAPlane) {
   constexpr int side = ShadowTile::side, reach = ShadowTile::reach, stride = ShadowTile::stride;
   for (int round = 0; round < 40; ++round) {
     ShadowTile tile{};
-    fill(tile.mean, 0.0f, 2.0f);
+    fill(tile.mean[0], 0.0f, 2.0f);
     const float x = number(-0.3f, 0.3f), y = 1.0f, z = number(-0.3f, 0.3f), apart = 0.004f;
     tile.ray[0] = number(-0.5f, 0.5f), tile.ray[1] = -1.0f, tile.ray[2] = number(-0.5f, 0.5f);
     tile.ray_x[0] = apart, tile.ray_y[2] = apart;
@@ -76,11 +86,11 @@ TEST_F(RenderLoops, GatherTakesAllOfAPlane) {
       }
     }
     float flat[2][side * side], other[side * side];
-    Loops::baseline().gather(tile, flat[0]);
-    Loops::avx2().gather(tile, flat[1]);
+    Loops::baseline().gather(tile, 1, flat[0]);
+    Loops::avx2().gather(tile, 1, flat[1]);
     EXPECT_EQ(std::memcmp(flat[0], flat[1], sizeof flat[0]), 0) << round;
     tile.inverse[0] = 0.0f;
-    Loops::baseline().gather(tile, other);
+    Loops::baseline().gather(tile, 1, other);
     for (int j = 0; j < side; ++j) {
       for (int i = 0; i < side; ++i) {
         if (i + j == 0 || tile.any_normal[(j + reach) * stride + i + reach] != 0.0f) continue;
@@ -117,6 +127,33 @@ TEST_F(RenderLoops, TakeGivesTheSameBits) {
     Loops::baseline().take(rows, inverse, baseline);
     alike[0][round % 16] = 0.0f;
     EXPECT_EQ(std::memcmp(alike[0], baseline, sizeof baseline), 0) << round;
+  }
+}
+
+TEST_F(RenderLoops, TakeSoftGivesTheSameBits) {
+  for (int round = 0; round < 100; ++round) {
+    SoftRows rows{};
+    rows.step = round % 2 ? 4 : 2;
+    rows.below = static_cast<float>(round % rows.step) / static_cast<float>(rows.step);
+    // All alike, and of two surfaces.
+    const float apart = round % 3 ? 0.03f : 0.0003f;
+    for (int row = 0; row < 2; ++row) {
+      fill(rows.inverse[row], 0.3f, 0.3f + apart);
+      for (auto& taken : rows.taken[row]) fill(taken, 0.0f, 1.0f);
+    }
+    float inverse[16], baseline[3][16], avx2[3][16];
+    fill(inverse, 0.3f, 0.3f + apart);
+    if (round % 4 == 0) inverse[round % 16] = 0.0f;
+    Loops::baseline().take_soft(rows, inverse, baseline);
+    Loops::avx2().take_soft(rows, inverse, avx2);
+    EXPECT_EQ(std::memcmp(baseline, avx2, sizeof baseline), 0) << round;
+    for (const auto& taken : baseline)
+      for (int i = 0; i < 16; ++i) {
+        EXPECT_TRUE(taken[i] >= 0.0f && taken[i] <= 1.0001f) << "a mean of what is around";
+        if (inverse[i] == 0.0f) {
+          EXPECT_EQ(taken[i], 0.0f) << "nothing is there";
+        }
+      }
   }
 }
 

@@ -60,10 +60,10 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
 
 void AreaShadow::gather(std::size_t number) {
   ShadowTile tile;
-  if (!fill(number, mean_, tile)) return;
+  if (!fill(number, {&mean_, 1}, tile)) return;
   const bool gathers = !recipe_.single;
   float means[block * block];
-  if (gathers) Loops::best().gather(tile, means);
+  if (gathers) Loops::best().gather(tile, 1, means);
   bool any = false;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (!candidate_[pixel]) return;  // nothing reaches it

@@ -82,7 +82,7 @@ bool ReceiverGrid::is_seen(const ShadowView& view, std::size_t number, int margi
   return view.mirror->seen_in(widened(pixels, view.layer.view(), margin));
 }
 
-bool ReceiverGrid::fill(std::size_t number, const std::vector<float>& mean,
+bool ReceiverGrid::fill(std::size_t number, std::span<const std::vector<float>> means,
                         ShadowTile& tile) const {
   const int left = static_cast<int>(number) % block_columns_ * block;
   const int top = static_cast<int>(number) / block_columns_ * block;
@@ -100,21 +100,24 @@ bool ReceiverGrid::fill(std::size_t number, const std::vector<float>& mean,
   const int x1 = std::min(left - reach + ShadowTile::stride, grid.x + grid.width);
   const int y1 = std::min(top - reach + ShadowTile::stride, grid.y + grid.height);
   bool any = false;
-  for (int y = y0; !any && y < y1; ++y) {
-    const float* row = &mean[static_cast<std::size_t>(y) * columns_];
-    any = std::any_of(row + x0, row + x1, [](float value) { return value > 0.0f; });
-  }
+  for (const std::vector<float>& mean : means)
+    for (int y = y0; !any && y < y1; ++y) {
+      const float* row = &mean[static_cast<std::size_t>(y) * columns_];
+      any = std::any_of(row + x0, row + x1, [](float value) { return value > 0.0f; });
+    }
   if (!any) return false;
   if (x1 - x0 < ShadowTile::stride || y1 - y0 < ShadowTile::stride) {
-    for (auto* values : {tile.inverse, tile.mean, tile.normal_x, tile.normal_y, tile.normal_z})
+    for (auto* values : {tile.inverse, tile.normal_x, tile.normal_y, tile.normal_z})
       std::fill_n(values, ShadowTile::size, 0.0f);
+    std::fill_n(tile.mean[0], means.size() * ShadowTile::size, 0.0f);
     std::fill_n(tile.any_normal, ShadowTile::size, 1.0f);
   }
   for (int y = y0; y < y1; ++y) {
     const std::size_t from = static_cast<std::size_t>(y) * columns_ + x0;
     const int to = (y - top + reach) * ShadowTile::stride + x0 - left + reach;
     std::copy_n(&inverse_[from], x1 - x0, tile.inverse + to);
-    std::copy_n(&mean[from], x1 - x0, tile.mean + to);
+    for (std::size_t c = 0; c < means.size(); ++c)
+      std::copy_n(&means[c][from], x1 - x0, tile.mean[c] + to);
     for (int x = 0; x < x1 - x0; ++x) {
       const bool asked = candidate_[from + x];
       const Vec3f normal = asked ? receivers_[from + x].normal : Vec3f(0.0f);

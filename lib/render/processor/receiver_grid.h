@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -75,8 +76,9 @@ class ReceiverGrid {
       }
     }
   }
-  /// Copies the block and its surroundings, with \p mean. Returns whether any of that is above 0.
-  bool fill(std::size_t number, const std::vector<float>& mean, ShadowTile& tile) const;
+  /// Copies the block and its surroundings, with \p means of up to ShadowTile::channels. Returns whether any of
+  /// these is above 0.
+  bool fill(std::size_t number, std::span<const std::vector<float>> means, ShadowTile& tile) const;
   void mark_shaded();
   Rectangle drawn() const;
   Rectangle pixels_of(std::size_t number) const;

@@ -117,15 +117,15 @@ std::uint64_t SoftShadow::look_up(const SoftMasks& subjects, const TracedScene& 
 
 void SoftShadow::gather(std::size_t number) {
   ShadowTile tile;
-  float means[block * block];
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (!fill(number, sum_[c], tile)) continue;
-    Loops::best().gather(tile, means);
-    block_state_[number] = 2;
-    for_pixels(number, [&](std::size_t pixel, int x, int y) {
-      if (candidate_[pixel]) gathered_[c][pixel] = means[y % block * block + x % block];
-    });
-  }
+  if (!fill(number, sum_, tile)) return;
+  float means[3][block * block];
+  Loops::best().gather(tile, 3, means[0]);
+  block_state_[number] = 2;
+  for_pixels(number, [&](std::size_t pixel, int x, int y) {
+    if (!candidate_[pixel]) return;
+    for (std::size_t c = 0; c < 3; ++c)
+      gathered_[c][pixel] = means[c][y % block * block + x % block];
+  });
 }
 
 bool SoftShadow::draw(const SoftMasks& subjects, const TracedScene& scene, const ShadowView& view,

@@ -91,8 +91,9 @@ struct SkinFlow {
 /// A block of the shadow's grid and what lies up to `reach` pixels around it, row by row.
 struct ShadowTile {
   static constexpr int side = 16, reach = 2, stride = side + 2 * reach, size = stride * stride;
-  float inverse[size];  ///< 1/z; 0: outside
-  float mean[size];     ///< what the pixel's own rays say
+  static constexpr int channels = 3;
+  float inverse[size];         ///< 1/z; 0: outside
+  float mean[channels][size];  ///< what the pixel's own rays say
   float normal_x[size], normal_y[size], normal_z[size];
   float any_normal[size];            ///< 1: what the pixel takes is 0 whatever its normal; else 0
   float ray[3], ray_x[3], ray_y[3];  ///< of the block's first pixel, and to the next ones
@@ -186,9 +187,9 @@ struct Loops {
   /// mattes' are added in whole, 0..1.
   void (*add)(const SkinPictures& pictures, const SkinPoints& points, const float* weight,
               const float* decode, float* u, float* v, const SkinColours& colours);
-  /// The block's weighted means, side * side of them, over the pixels around that lie in the plane
-  /// of each.
-  void (*gather)(const ShadowTile& tile, float* means);
+  /// The block's weighted means, side * side of each of the first \p channels (1 or 3), over the pixels
+  /// around that lie in the plane of each.
+  void (*gather)(const ShadowTile& tile, int channels, float* means);
   /// What 16 pixels of a picture's row take, from the grid's pixels around them (every second one
   /// of every second row) that lie as deep; \p inverse 1/z at theirs.
   void (*take)(const ShadowRows& rows, const float* inverse, float* taken);
