@@ -131,6 +131,11 @@ void SoftShadow::gather(std::size_t number) {
 bool SoftShadow::draw(const SoftMasks& subjects, const TracedScene& scene, const ShadowView& view,
                       const Rectangle& part, int step) {
   const bool fresh = lay_out(view, step);
+  if (!fresh && generation_ == subjects.generation() && part_ == part) {
+    rays_ = 0;
+    return true;
+  }
+  generation_ = 0;
   const bool other = std::exchange(directions_, subjects.directions()) != subjects.directions();
   if (fresh) {
     for (auto* bits : {&open_known_, &open_}) bits->resize(receivers_.size());
@@ -152,6 +157,8 @@ bool SoftShadow::draw(const SoftMasks& subjects, const TracedScene& scene, const
   in_blocks(1, [&](std::size_t number) { gather(number); });
   mark_shaded();
   rays_ = rays;
+  generation_ = subjects.generation();
+  part_ = part;
   return !fresh && !other;
 }
 

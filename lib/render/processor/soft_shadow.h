@@ -25,7 +25,8 @@ class SoftShadow : public ReceiverGrid {
   static Rectangle asked(const Rectangle& part, const LayerView& view);
 
   /// Computes E in \p part of the picture, as \p view sees it, at every \p step pixels (2 or 4): what \p
-  /// subjects take, which are ready. Returns whether what the scene itself hides is kept from before.
+  /// subjects take, which are ready. Where all that is as in the last call, so is E, and nothing is asked. Returns
+  /// whether what the scene itself hides is kept from before.
   bool draw(const SoftMasks& subjects, const TracedScene& scene, const ShadowView& view,
             const Rectangle& part, int step);
 
@@ -49,8 +50,10 @@ class SoftShadow : public ReceiverGrid {
   std::vector<std::uint8_t> block_known_;  // by block, 1: the depths are
   std::vector<std::uint64_t> open_known_;  // by direction of its set: whether the scene's is
   std::vector<std::uint64_t> open_;        // and lets the ray through
-  // Of this frame.
+  // Of this frame, and of the next one where that asks for the same.
   std::array<std::vector<float>, 3> sum_, gathered_;  // E by channel
+  std::uint64_t generation_ = 0;                      // SoftMasks::generation() of it; 0: of none
+  Rectangle part_;
 };
 
 }  // namespace polyhull::processor
