@@ -146,19 +146,26 @@ int pixels_beyond(const PlacedSubject& subject, const RenderPlan& plan, int most
 }
 
 /// Finds the lights whose shadows of what stands in \p people are seen, and where; \p plan has its
-/// mirrors.
+/// mirrors. \p join: plan_frame()'s.
 void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, const Bounds& people,
-                  const Bounds& everything, RenderPlan& plan) {
+                  const Bounds& everything, bool join, RenderPlan& plan) {
   const bool mirrored = settings.mirror == MirrorMode::fresnel;
+  const bool joins = join && frame.soft_light && can_join_soft_lights(frame, settings);
   const Rectangle whole{0, 0, frame.width, frame.height};
   double places = 0.0, mirrored_places = 0.0;  // of all lights' grids
   for (ShadowLight& light :
        find_shadow_lights(frame.lights, frame.exposure, people, !settings.skip)) {
+    if (joins && frame.lights[light.light].soft) {  // takes no place of its own
+      if (light.idle) continue;
+      plan.blocked_lights.push_back(light.light);
+      ++plan.soft_lights;
+      continue;
+    }
     const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
     const double grid = static_cast<double>(frame.width) * frame.height / (step * step);
     if (!light.idle) {
       places += grid;
-      if (!plan.blocked_lights.empty() && places > most_shadow_places) continue;
+      if (places > grid && places > most_shadow_places) continue;  // the strongest one stays
       plan.blocked_lights.push_back(light.light);
     }
     const std::vector<Vec3> volume = shadow_volume(frame.lights[light.light], people, everything);
@@ -182,13 +189,29 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
       plan.mirrors[i].shadow = bounding(plan.mirrors[i].shadow, light.in_mirrors[i]);
     plan.lights.push_back(light);
   }
-  plan.lights_skipped = frame.lights.size() - plan.lights.size();
+  plan.lights_skipped = frame.lights.size() - plan.lights.size() - plan.soft_lights;
+  if (plan.soft_lights == 0) return;
+  // From all around it may fall on anything.
+  plan.shadow = settings.skip ? bounding(plan.shadow,
+                                         screen_rectangle(corners(everything), plan.clip_from_scene,
+                                                          frame.width, frame.height))
+                              : whole;
+  if (!mirrored) return;
+  for (SeenMirror& mirror : plan.mirrors) mirror.shadow = settings.skip ? mirror.seen : whole;
 }
 
 }  // namespace
 
+bool can_join_soft_lights(const RenderFrame& frame, const RenderSettings& settings) {
+  return settings.shadow != ShadowQuality::off && settings.shadow != ShadowQuality::hard &&
+         std::any_of(frame.lights.begin(), frame.lights.end(),
+                     [](const Light& light) { return light.soft; }) &&
+         std::none_of(frame.subjects.begin(), frame.subjects.end(),
+                      [](const RenderSubject& subject) { return subject.image != nullptr; });
+}
+
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
-                      const Bounds& scene_bounds) {
+                      const Bounds& scene_bounds, bool join) {
   check_viewport(frame.viewport);
   check_light(frame.lights, frame.exposure, frame.ambient, frame.sky);
   RenderPlan plan;
@@ -240,27 +263,10 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
       set_clip(frame, viewport, everything, plan);
     }
     if (settings.shadow != ShadowQuality::off)
-      plan_shadows(frame, settings, people, everything, plan);
+      plan_shadows(frame, settings, people, everything, join, plan);
   }
   if (!settings.skip) plan.subject = whole;
   return plan;
-}
-
-void join_soft_lights(const RenderFrame& frame, const RenderSettings& settings, RenderPlan& plan) {
-  const auto image = [](const PlacedSubject& subject) { return subject.image != nullptr; };
-  if (!frame.soft_light || settings.shadow == ShadowQuality::hard ||
-      std::any_of(plan.subjects.begin(), plan.subjects.end(), image))
-    return;
-  // Seen or not: the parts' shadows lie elsewhere than the lights'.
-  const auto soft = [&](std::size_t light) { return frame.lights[light].soft; };
-  plan.soft_lights = static_cast<std::size_t>(
-      std::count_if(plan.blocked_lights.begin(), plan.blocked_lights.end(), soft));
-  if (plan.soft_lights == 0) return;
-  std::erase_if(plan.lights, [&](const ShadowLight& light) { return soft(light.light); });
-  const Rectangle whole{0, 0, frame.width, frame.height};
-  plan.shadow = whole;
-  if (settings.mirror != MirrorMode::fresnel) return;
-  for (SeenMirror& mirror : plan.mirrors) mirror.shadow = settings.skip ? mirror.seen : whole;
 }
 
 Rectangle RenderPlan::mirror() const {

@@ -157,7 +157,8 @@ struct RenderPlan {
   /// The lights that subjects can block, whether their shadows are in the picture or not: of all these
   /// together the renderers keep what is taken as a share.
   std::vector<std::size_t> blocked_lights;
-  std::size_t lights_skipped = 0;  ///< of RenderFrame::lights: their shadows cannot be seen
+  std::size_t lights_skipped =
+      0;  ///< the rest of RenderFrame::lights: their shadows cannot be seen
   /// Where any mirror may show the subjects, and where their shadow.
   Rectangle mirror() const;
   Rectangle mirror_shadow() const;
@@ -182,14 +183,16 @@ SubjectsShape shape_of(const RenderPlan& plan);
 /// How many units of the scene a unit of \p subject's mesh is.
 double scale_of(const PlacedSubject& subject);
 
-/// Takes the soft lights of \p plan, which is of \p frame, together (RenderPlan::soft_lights), unless the
-/// frame or the shadow's quality is such that each is to be drawn. Their shadow may be anywhere.
-void join_soft_lights(const RenderFrame& frame, const RenderSettings& settings, RenderPlan& plan);
+/// Whether the frame has soft lights whose shadows can be drawn in one, as RenderFrame::soft_light: not hard
+/// ones, nor those of image-based subjects.
+bool can_join_soft_lights(const RenderFrame& frame, const RenderSettings& settings);
 
-/// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
+/// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. \p join: soft lights are
+/// taken together (RenderPlan::soft_lights) where can_join_soft_lights() and the frame has
+/// RenderFrame::soft_light; their shadow may be wherever the scene is. Throws Error when
 /// the viewport camera is not finite or degenerate, and for lights that are not finite or beyond
 /// 1e9 m.
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
-                      const Bounds& scene_bounds);
+                      const Bounds& scene_bounds, bool join = false);
 
 }  // namespace polyhull

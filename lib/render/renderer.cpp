@@ -77,8 +77,7 @@ RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settin
         points.insert(points.end(), mesh.positions.begin(), mesh.positions.end());
     scene_bounds_ = bounds_of(points);
   }
-  RenderPlan plan = plan_frame(frame, settings, scene_bounds_);
-  if (joins_soft_lights()) join_soft_lights(frame, settings, plan);
+  RenderPlan plan = plan_frame(frame, settings, scene_bounds_, joins_soft_lights());
   const bool seen = !plan.subject.empty() || !plan.mirror().empty();
   for (PlacedSubject& subject : plan.subjects)
     if (seen && subject.lighting != SubjectLighting::off)

@@ -103,7 +103,7 @@ class Renderer {
   virtual std::string description() const = 0;
 
  protected:
-  /// Whether it draws the shadows of soft lights in one (join_soft_lights()).
+  /// Whether it draws the shadows of soft lights in one (RenderPlan::soft_lights).
   virtual bool joins_soft_lights() const { return false; }
 
   /// The scene of \p frame ready for rays: RenderFrame::traced, or made when it is first asked for;

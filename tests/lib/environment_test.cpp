@@ -217,7 +217,6 @@ TEST(EnvironmentTest, SamplesAreUnbiased) {
   }
 }
 
-// The parts together give a floor, or whatever sees all of them, what the picture does; the sun is one of them.
 // The parts that are not sharp, cut further, give what they gave.
 TEST(EnvironmentTest, FinerPartsGiveTheSame) {
   const Environment environment(outdoors(64), 0.0, "it");
@@ -235,6 +234,7 @@ TEST(EnvironmentTest, FinerPartsGiveTheSame) {
   EXPECT_LT(glm::length(fine - coarse), 1e-3 * glm::length(coarse));
 }
 
+// The parts together give a floor, or whatever sees all of them, what the picture does; the sun is one of them.
 TEST(EnvironmentTest, PartsGiveWhatThePictureDoes) {
   const Environment environment(outdoors(64), 0.0, "it");
   for (const std::size_t count : {1u, 4u, 16u, 64u}) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -59,15 +60,18 @@ struct Stage {
   RenderPlan plan;
   SceneLayer layer;
 
-  Stage(const RadiancePicture& around, ShadowQuality quality, int width, int height) {
+  /// Of a viewport of \p width pixels the left \p shown ones, if not all.
+  Stage(const RadiancePicture& around, ShadowQuality quality, int width, int height,
+        int shown = 0) {
     scene->meshes.erase(scene->meshes.begin() + 2, scene->meshes.begin() + 4);
     scene->lights.clear();
     scene->environment = std::make_shared<const Environment>(around, 20.0, "around");
     traced = std::make_unique<TracedScene>(*scene);
     mesh.hull = synthetic::figure(20);
+    frame.viewport = synthetic::look_at({1.3, 1.5, 4.2}, {0.0, 0.7, 0.0}, width, height, 50.0);
+    if (shown > 0) frame.viewport.width = width = shown;
     frame.width = width;
     frame.height = height;
-    frame.viewport = synthetic::look_at({1.3, 1.5, 4.2}, {0.0, 0.7, 0.0}, width, height, 50.0);
     frame.scene = scene;
     const std::size_t count = quality == ShadowQuality::best ? 32 : 16;
     frame.lights = environment_lights(*scene, count);
@@ -76,12 +80,12 @@ struct Stage {
         scene->environment->soft_parts(count, 32 * count));
     frame.subjects.push_back({&mesh, {}, 1});
     settings.shadow = quality;
-    plan = plan_frame(frame, settings, scene_bounds(*scene));
-    join_soft_lights(frame, settings, plan);
+    make_plan();
     layer.set(traced.get(), {pixels_from_scene(frame.viewport), width, height, 4, {}});
     layer.ensure_middles({0, 0, width, height});
   }
   RenderSettings settings;
+  void make_plan() { plan = plan_frame(frame, settings, scene_bounds(*scene), true); }
   ShadowView view() const { return {layer, Vec3f(plan.eye), PixelRays(frame.viewport)}; }
 
   /// Where light falls at the middle of pixel (x, y).
@@ -129,6 +133,13 @@ struct Stage {
     return out;
   }
 };
+
+/// Of green.
+float most_of(const std::vector<Vec3f>& taken) {
+  float most = 0.0f;
+  for (const Vec3f& own : taken) most = std::max(most, own.y);
+  return most;
+}
 
 struct Errors {
   double rms = 0.0, bias = 0.0, p99 = 0.0;
@@ -237,12 +248,93 @@ TEST(SoftShadow, SkippingChangesNoBit) {
     }
     const Picture found = yard.composite(lazy, skipping);
     EXPECT_EQ(lazy.statistics().shadow_lights, 16u);
+    EXPECT_TRUE(found.pixels == yard.composite(lazy, skipping).pixels) << "a still frame";
     ProcessorRenderer fresh;
     set_pool_threads(i % 2 ? 1 : 0);
     EXPECT_TRUE(found.pixels == yard.composite(fresh, all).pixels) << i;
     set_pool_threads(0);
     EXPECT_LT(synthetic::psnr(found, yard.background), 30.0) << "there is something to be seen";
   }
+}
+
+// Where the picture ends is no matter but for what gathers beyond: three pixels of the grid.
+TEST(SoftShadow, IsThatOfAnyWidth) {
+  const Stage whole(overcast(), ShadowQuality::good, 256, 135);
+  const std::vector<Vec3f> expected = whole.taken(1);
+  for (const int width : {243, 1}) {
+    const Stage part(overcast(), ShadowQuality::good, 256, 135, width);
+    const std::vector<Vec3f> found = part.taken(1);
+    ASSERT_EQ(found.size(), static_cast<std::size_t>(width) * 135);
+    float most = 0.0f, darkest = 0.0f;
+    for (int y = 0; y < 135; ++y)
+      for (int x = 0; x < width; ++x) {
+        const Vec3f &own = found[static_cast<std::size_t>(y * width + x)],
+                    &other = expected[static_cast<std::size_t>(y * 256 + x)];
+        darkest = std::max(darkest, other.y);
+        most = std::max(most, std::abs(own.y - other.y));
+        if (x < width - 16) {
+          ASSERT_EQ(own, other) << x << ", " << y;
+        }
+      }
+    if (width > 1) {
+      EXPECT_GT(darkest, 0.0f);
+    }
+    EXPECT_LT(most, 0.2f * most_of(expected)) << "at the edge fewer neighbours are gathered";
+  }
+}
+
+// Each of two subjects hides what it does alone, and together they do not hide less, nor more than the sum.
+TEST(SoftShadow, IsThatOfSubjectsApart) {
+  Stage stage(overcast(), ShadowQuality::good, 320, 180);
+  const auto of = [&](std::initializer_list<Vec3> places) {
+    stage.frame.subjects.clear();
+    for (const Vec3& place : places)
+      stage.frame.subjects.push_back({&stage.mesh, {.translate = place}, 1});
+    stage.make_plan();
+    return stage.taken(1);
+  };
+  const Vec3 here(0.0), beside(-1.1, 0.0, 0.6), below(30.0, -100.0, 0.0);
+  const std::vector<Vec3f> first = of({here}), second = of({beside}), both = of({here, beside});
+  EXPECT_TRUE(both == of({beside, here}));
+  EXPECT_TRUE(first == of({here, below})) << "the floor is between, and far is no matter";
+  // Pixels that nobody can shade count as unshaded, whatever they face: which these are differs.
+  const float some = 0.01f * most_of(both);
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    ASSERT_GE(both[i].y, std::max(first[i].y, second[i].y) - some) << i;
+    ASSERT_LE(both[i].y, first[i].y + second[i].y + some) << i;
+  }
+}
+
+// Soft lights in one take none of the places for shadows that lamps have, however many those are.
+TEST(SoftShadow, LeavesLampsTheirPlaces) {
+  Yard yard(64, 36, false);
+  RenderFrame& frame = yard.frame;
+  frame.width = 3840;
+  frame.height = 2160;
+  const std::vector<Light> sky = frame.lights;
+  const auto soft = static_cast<std::size_t>(
+      std::count_if(sky.begin(), sky.end(), [](const Light& light) { return light.soft; }));
+  for (const std::size_t count : {4u, 40u}) {
+    frame.lights =
+        synthetic::ceiling_lamps(synthetic::small_room(false).lights[0], static_cast<int>(count));
+    frame.lights.insert(frame.lights.end(), sky.begin(), sky.end());
+    const RenderPlan plan = plan_frame(frame, {}, scene_bounds(*frame.scene), true);
+    EXPECT_EQ(plan.soft_lights, soft);
+    EXPECT_EQ(plan.lights.size() + plan.soft_lights + plan.lights_skipped, frame.lights.size());
+    if (count == 4) {
+      EXPECT_EQ(plan.lights_skipped, 0u);
+    }
+  }
+}
+
+// From all around it falls on the scene, and nowhere where none of that is seen.
+TEST(SoftShadow, FallsOnTheSceneAlone) {
+  Yard yard(64, 36, false);
+  const auto plan = [&] { return plan_frame(yard.frame, {}, scene_bounds(*yard.scene), true); };
+  EXPECT_FALSE(plan().shadow.empty());
+  yard.frame.viewport = synthetic::look_at({0.0, 5.0, 0.0}, {1.0, 9.0, 0.0}, 64, 36, 50.0);
+  EXPECT_GT(plan().soft_lights, 0u);
+  EXPECT_TRUE(plan().untouched());
 }
 
 // In one it is what each light's for itself is, and the other renderer's.

@@ -314,9 +314,11 @@ void ProcessorRenderer::State::draw_soft_shadows(const RenderPlan& plan, const S
   if (plan.soft_lights == 0) return;
   const int step = settings.shadow == ShadowQuality::best ? 2 : 4;
   soft_masks.aim();
-  const bool kept = soft.draw(soft_masks, *scene, view, plan.shadow, step);
-  statistics.static_shadow_reused = statistics.static_shadow_reused && kept;
-  statistics.rays += soft.rays();
+  if (!plan.shadow.empty()) {
+    const bool kept = soft.draw(soft_masks, *scene, view, plan.shadow, step);
+    statistics.static_shadow_reused = statistics.static_shadow_reused && kept;
+    statistics.rays += soft.rays();
+  }
   for (std::size_t m = 0; m < mirrors.size(); ++m) {
     if (plan.mirrors[m].shadow.empty()) continue;
     SoftShadow& own = mirrors[m]->soft;
