@@ -107,6 +107,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
     frame_.background_content = background_content_.number_of(background);
   else
     background_content_.reset();
+  set_soft_light();
   plan_ = plan();
   for (GstAggregatorPad* pad : meshes) match(pad);
 }

@@ -104,6 +104,7 @@ class FrameComposer {
   void set_scene(const CompositeSettings& settings, bool live);
   void set_mirrors(const std::string& choice);
   void add_environment(ShadowQuality quality);
+  void set_soft_light();
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
                                          bool later);
@@ -163,8 +164,13 @@ class FrameComposer {
     Bounds bounds;  // of the scene: they lie far outside of it
     std::size_t count = 0;
     std::vector<Light> lights;
-    std::shared_ptr<const std::vector<EnvironmentPart>> soft;  // RenderFrame::soft_light
   } around_;
+  /// RenderFrame::soft_light, and what it follows from.
+  struct {
+    std::shared_ptr<const Environment> of;
+    std::size_t count = 0;
+    std::shared_ptr<const std::vector<EnvironmentPart>> parts;
+  } soft_;
   RenderFrame frame_;
   std::vector<float> opacities_;  // of its subjects
   bool fading_ = false;           // any of them is below 1

@@ -69,17 +69,13 @@ void FrameComposer::add_environment(ShadowQuality quality) {
                             : quality == ShadowQuality::good ? 16
                                                              : 8;
   const std::shared_ptr<const Scene>& scene = frame_.scene;
-  frame_.soft_light.reset();
   if (!scene->environment) return;
   if (around_.scene != scene || around_.count != count) {
     // A scene that moves is another one in each frame, mostly in the same bounds.
     const Bounds bounds = scene_bounds(*scene);
     if (!around_.scene || around_.scene->environment != scene->environment ||
-        around_.bounds != bounds || around_.count != count) {
+        around_.bounds != bounds || around_.count != count)
       around_.lights = environment_lights(*scene, count);
-      around_.soft = std::make_shared<const std::vector<EnvironmentPart>>(
-          scene->environment->soft_parts(count, 32 * count));
-    }
     around_.scene = scene;
     around_.bounds = bounds;
     around_.count = count;
@@ -90,10 +86,23 @@ void FrameComposer::add_environment(ShadowQuality quality) {
       lights.push_back(std::move(light));
     }
   };
-  frame_.soft_light = around_.soft;
   if (frame_.undimmed_sky && frame_.undimmed.empty()) frame_.undimmed = frame_.lights;
   if (!frame_.undimmed.empty()) add(frame_.undimmed_sky.value_or(frame_.sky), frame_.undimmed);
   add(frame_.sky, frame_.lights);
+}
+
+/// The same light in finer parts, where the renderer draws its shadow by these.
+void FrameComposer::set_soft_light() {
+  frame_.soft_light.reset();
+  if (with_gl_ || !can_join_soft_lights(frame_, settings_)) return;
+  const std::shared_ptr<const Environment>& environment = frame_.scene->environment;
+  if (soft_.of != environment || soft_.count != around_.count) {
+    soft_.of = environment;
+    soft_.count = around_.count;
+    soft_.parts = std::make_shared<const std::vector<EnvironmentPart>>(
+        environment->soft_parts(soft_.count, 32 * soft_.count));
+  }
+  frame_.soft_light = soft_.parts;
 }
 
 /// The scene and its light: the background's, else those of the properties.
@@ -119,7 +128,6 @@ void FrameComposer::set_scene(const CompositeSettings& settings, bool live) {
                     : frame_.scene          ? frame_.scene->exposure
                                             : 1.0f;
   frame_.ambient = frame_.sky = Vec3f(0.0f);
-  frame_.soft_light.reset();
   frame_.undimmed.clear();
   frame_.undimmed_sky.reset();
 }
