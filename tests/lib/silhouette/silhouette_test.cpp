@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <thread>
 
 #include "base/instruction_set.h"
@@ -271,6 +272,52 @@ TEST(Silhouette, BoundingRectangle) {
   EXPECT_TRUE(bounding_rectangle({}, 10, 10).empty());
 }
 
+// Numbers of cells: on both sides of what 16 bits hold of them eightfold.
+std::vector<std::int16_t> random_cells(std::mt19937& random, std::size_t count) {
+  std::vector<std::int16_t> cells(count);
+  for (auto& cell : cells)
+    cell = static_cast<std::int16_t>(static_cast<int>(random() % 12288) - 4096);
+  return cells;
+}
+
+// Pixel k of the 2^shift from a cell's centre to the next has its centre (2 k + 1) / 2^(shift + 1) of the way.
+TEST(Silhouette, CellsAreSpreadEvenly) {
+  std::mt19937 random(7);
+  constexpr int count = 40;
+  const std::vector<std::int16_t> cells = random_cells(random, count + 1);
+  for (int shift = 1; shift <= 4; ++shift) {
+    std::vector<std::int16_t> out(count << shift);
+    silhouette::kernels().spread_cells(cells.data(), count, shift, out.data());
+    for (int i = 0; i < count << shift; ++i) {
+      const int left = cells[i >> shift], k = i % (1 << shift);
+      const double way = (2 * k + 1) / static_cast<double>(2 << shift);
+      const double v = left + std::floor((cells[(i >> shift) + 1] - left) * way);
+      ASSERT_EQ(out[i], std::min(8.0 * v, 32767.0)) << "shift " << shift << " pixel " << i;
+    }
+  }
+}
+
+// Cutting the slope's quotient misses by less than a (1 - a) 255 / 4096, at most 63.75 / 4096, cutting the
+// whole's by 1 / 4096, and rounding by a half. Pixels of mixed blocks keep to what they are: empty, full or between.
+TEST(Silhouette, MixedBlocksAreBent) {
+  constexpr int blocks = 256 / matte_block;
+  for (const silhouette::Bend bend : {silhouette::Bend{1200, -900}, {-2500, 700}, {4096, 4096}}) {
+    for (const BlockState state : {block_mixed, block_full, block_empty}) {
+      std::vector<std::uint8_t> alpha(256);
+      std::iota(alpha.begin(), alpha.end(), std::uint8_t{0});
+      const std::vector<BlockState> states(blocks, state);
+      silhouette::kernels().bend_blocks(bend, blocks, alpha.data(), states.data());
+      for (int i = 0; i < 256; ++i) {
+        const double a = i / 255.0;
+        double bent = 255 * (a + a * (1 - a) * (bend.constant + bend.slope * a) / 4096);
+        bent = i == 0 || i == 255 ? i : std::clamp(bent, 1.0, 254.0);
+        ASSERT_NEAR(alpha[i], state == block_mixed ? bent : i, 0.5 + 64.75 / 4096)
+            << "constant " << bend.constant << " value " << i << " state " << int{state};
+      }
+    }
+  }
+}
+
 #if defined(__x86_64__)
 // Every instruction set gives the same bytes.
 TEST(Silhouette, KernelsAgree) {
@@ -317,6 +364,9 @@ TEST(Silhouette, KernelsAgree) {
         static_cast<std::int16_t>(random() % 9000), 77};
     const std::int32_t offsets[2] = {-12345, 4321};
     const DifferenceRamp difference{0.5f, 1.2f, 10.0f, 9.0f, 0.15f};
+    const auto bent = [&] { return static_cast<std::int32_t>(random() % 8193) - 4096; };
+    const Bend bend{bent(), bent()};
+    const std::vector<std::int16_t> cells = random_cells(random, 23);
 
     struct Out {
       std::vector<std::uint8_t> alpha, states;
@@ -360,6 +410,13 @@ TEST(Silhouette, KernelsAgree) {
       keep();
       k.states(pixels.data(), n / matte_block, states.data());
       keep();
+      std::copy_n(pixels.begin(), n, alpha.begin());
+      k.bend_blocks(bend, n / matte_block, alpha.data(), states.data());
+      keep();
+      for (int shift = 1; shift <= 4; ++shift) {
+        k.spread_cells(cells.data(), 22, shift, line.data());
+        keep();
+      }
       k.fir_vertical(rows.data(), radius, weights.data(), blocks, 4, line.data());
       keep();
       k.fir_horizontal(narrow.data() + 64, radius, weights.data(), blocks, 4, line.data());
