@@ -131,9 +131,9 @@ struct Scene {
   std::string left_out;  ///< what the file asks for and nothing draws, a list; empty: nothing
 };
 
-/// Reads a glTF 2.0 file (.glb or .gltf, told apart by their content): the default scene's triangle
-/// meshes (one for each instance of EXT_mesh_gpu_instancing), materials (factors, base colour texture,
-/// an emissive texture's mean; KHR_materials_pbrSpecularGlossiness, KHR_materials_ior,
+/// Reads a glTF 2.0 file (.glb or .gltf, told apart by their content): the triangle meshes of the default
+/// scene or, where none is named, of the first that has nodes (one for each instance of
+/// EXT_mesh_gpu_instancing), materials (factors, base colour texture, an emissive texture's mean; KHR_materials_pbrSpecularGlossiness, KHR_materials_ior,
 /// KHR_materials_emissive_strength, KHR_texture_transform), animations of nodes, perspective cameras,
 /// each with a name of its own, and lights (KHR_lights_punctual, with `size` [w, h] in the extras an area light;
 /// parallelograms of an emissive material); `exposure` from the scene's extras, or such that a
