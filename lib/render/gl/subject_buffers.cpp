@@ -179,12 +179,16 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
   glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels);  // others are older
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  staged_.resize(std::max(staged_.size(), views.size()));
+  // Not kept: between frames the pictures of all views would lie here in vain.
+  struct Staged {
+    std::vector<std::uint32_t> pixels;
+    std::vector<SmallerPicture> smaller;
+  };
+  std::vector<Staged> staged(views.size());  // by layer
   parallel_each(views.size(), 1, 0, [&](std::size_t layer) {
     const View& view = mesh.views[static_cast<std::size_t>(views[layer])].view;
-    auto& [pixels, smaller] = staged_[layer];
+    auto& [pixels, smaller] = staged[layer];
     prepare_view_picture(view, soft_ ? soft_reach : sharp_reach, pixels);
-    smaller.clear();
     for (int level = 1; level <= levels; ++level)
       smaller.push_back(
           level == 1 ? halved(pixels, view.roi.width + 2, view.roi.height + 2)
@@ -192,7 +196,7 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
   });
   for (std::size_t layer = 0; layer < views.size(); ++layer) {
     const Rectangle& roi = mesh.views[static_cast<std::size_t>(views[layer])].view.roi;
-    const auto& [pixels, smaller] = staged_[layer];
+    const auto& [pixels, smaller] = staged[layer];
     const auto upload = [&](std::size_t level, GLsizei across, GLsizei down,
                             const std::vector<std::uint32_t>& from) {
       glTexSubImage3D(GL_TEXTURE_2D_ARRAY, static_cast<GLint>(level), 0, 0,

@@ -77,12 +77,7 @@ class SubjectBuffers {
   std::vector<Range> ranges_;  // of the eyes' narrow triangles, then of the ribbons
   std::vector<Range> wide_;    // of the eyes' wide triangles
   HullDrawing drawing_;
-  std::vector<Vec3f> form_;  // by vertex of it
-  struct Staged {
-    std::vector<std::uint32_t> pixels;
-    std::vector<SmallerPicture> smaller;
-  };
-  std::vector<Staged> staged_;       // pictures on their way, by layer
+  std::vector<Vec3f> form_;          // by vertex of it
   std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel
   int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0, picture_levels_ = 1;
   int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
