@@ -50,7 +50,8 @@ int main(int argc, char** argv) {
   for (void (*prepare)() : preparations()) prepare();
   Suite* suite = suite_create(program_invocation_short_name);
   TCase* general = tcase_create("general");
-  // Seconds for each case: a hang is told before meson ends the program (meson.build, tests/run.sh).
+  // Seconds for each case that has a process of its own: a hang is told before meson ends the program
+  // (meson.build, tests/run.sh). With CK_FORK=no nothing but meson ends it.
   tcase_set_timeout(general, sanitized() ? 1190 : 290);
   suite_add_tcase(suite, general);
   const int count = static_cast<int>(cases().size());

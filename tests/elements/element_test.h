@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Cases of a program of gst-check: each runs because it is there, in a process of its own.
+/// Cases of a program of gst-check: each runs because it is there. Each has a process of its own, but for
+/// CK_FORK=no in the environment (tests/run.sh): then they run one after the other in one process, a check
+/// that fails leaves its case by longjmp, without destructors, and only the case's own thread may check.
 #pragma once
 
 #include <gst/check/gstcheck.h>

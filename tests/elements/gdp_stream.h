@@ -103,8 +103,8 @@ inline GdpStream record_stream(const std::string& source, const std::string& pay
   return stream;
 }
 
-/// The same by a process of its own: each check is one, too, and has what was recorded before the
-/// first of them, when this process must have no thread yet.
+/// The same for before_cases(), by a process of its own: this one, which cases are forked from (but for
+/// CK_FORK=no), must have no thread of a pipeline before them.
 inline GdpStream record_before_checks(const std::string& source) {
   int pipe_ends[2];
   g_assert(pipe(pipe_ends) == 0);
