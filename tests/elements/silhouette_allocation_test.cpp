@@ -14,9 +14,40 @@
 using namespace polyhull;
 using namespace polyhull::test;
 
+namespace {
+
+constexpr int width = 640, height = 480;
+
+/// Frame \p i of a grey square that moves before green, in the bytes of BGRx, YUY2 or NV12.
+GstBuffer* square_frame(const GstVideoInfo& info, int i) {
+  GstBuffer* frame = gst_buffer_new_allocate(nullptr, GST_VIDEO_INFO_SIZE(&info), nullptr);
+  GstMapInfo map;
+  gst_buffer_map(frame, &map, GST_MAP_WRITE);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const bool in = std::abs(x - 300 - 9 * i) < 120 && std::abs(y - 240) < 150;
+      if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_BGRx) {
+        std::uint8_t* p = map.data + (y * width + x) * 4;
+        p[0] = in ? 120 : 60;
+        p[1] = in ? 120 : 190;
+        p[2] = in ? 120 : 30;
+      } else if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_YUY2) {
+        std::uint8_t* p = map.data + (y * width + x) * 2;
+        p[0] = in ? 120 : 130;
+        p[1] = in ? 128 : x % 2 == 0 ? 90 : 70;
+      } else {
+        map.data[y * width + x] = in ? 120 : 130;
+        map.data[width * height + y / 2 * width + x] = in ? 128 : x % 2 == 0 ? 90 : 70;
+      }
+    }
+  gst_buffer_unmap(frame, &map);
+  return frame;
+}
+
+}  // namespace
+
 ELEMENT_TEST(small_pieces_only_once_the_stream_runs) {
   if (!counts_malloc()) return;
-  constexpr int width = 640, height = 480;
   constexpr std::size_t small = 4096;
   // The counter sees what it must see.
   std::vector<char> seen;
@@ -32,30 +63,7 @@ ELEMENT_TEST(small_pieces_only_once_the_stream_runs) {
       gst_video_info_from_caps(&info, caps);
       gst_harness_set_src_caps(h, gst_caps_ref(caps));
       GstBuffer* frames[3];
-      for (int i = 0; i < 3; ++i) {
-        frames[i] = gst_buffer_new_allocate(nullptr, GST_VIDEO_INFO_SIZE(&info), nullptr);
-        GstMapInfo map;
-        gst_buffer_map(frames[i], &map, GST_MAP_WRITE);
-        // A grey square before green, in each format's bytes.
-        for (int y = 0; y < height; ++y)
-          for (int x = 0; x < width; ++x) {
-            const bool in = std::abs(x - 300 - 9 * i) < 120 && std::abs(y - 240) < 150;
-            if (std::string(format) == "BGRx") {
-              std::uint8_t* p = map.data + (y * width + x) * 4;
-              p[0] = in ? 120 : 60;
-              p[1] = in ? 120 : 190;
-              p[2] = in ? 120 : 30;
-            } else if (std::string(format) == "YUY2") {
-              std::uint8_t* p = map.data + (y * width + x) * 2;
-              p[0] = in ? 120 : 130;
-              p[1] = in ? 128 : x % 2 == 0 ? 90 : 70;
-            } else {
-              map.data[y * width + x] = in ? 120 : 130;
-              map.data[width * height + y / 2 * width + x] = in ? 128 : x % 2 == 0 ? 90 : 70;
-            }
-          }
-        gst_buffer_unmap(frames[i], &map);
-      }
+      for (int i = 0; i < 3; ++i) frames[i] = square_frame(info, i);
       GstClockTime time = 0;
       const auto push = [&](int i) {
         GstBuffer* in = gst_buffer_copy(frames[i % 3]);

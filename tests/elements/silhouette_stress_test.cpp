@@ -210,6 +210,40 @@ ELEMENT_TEST(a_frame_beyond_the_limit_is_refused) {
               .empty());
 }
 
+/// Sets one of the element's properties, or reads its stats.
+static void set_one(GstElement* element, std::mt19937& random) {
+  guint count = 0;
+  GParamSpec** specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count);
+  GParamSpec* spec = specs[random() % count];
+  if (G_IS_PARAM_SPEC_DOUBLE(spec) && (spec->flags & G_PARAM_WRITABLE) != 0) {
+    const auto* range = G_PARAM_SPEC_DOUBLE(spec);
+    const double top = std::min(range->maximum, 40.0);
+    g_object_set(element, spec->name,
+                 range->minimum + (top - range->minimum) * (random() % 1000) / 1000.0, nullptr);
+  } else if (G_IS_PARAM_SPEC_INT(spec) && (spec->flags & G_PARAM_WRITABLE) != 0) {
+    const auto* range = G_PARAM_SPEC_INT(spec);
+    const int top = std::min(range->maximum, 500);
+    g_object_set(element, spec->name,
+                 range->minimum + static_cast<int>(random() % (top - range->minimum + 1)), nullptr);
+  } else if (G_IS_PARAM_SPEC_ENUM(spec)) {
+    const auto* choices = G_PARAM_SPEC_ENUM(spec)->enum_class;
+    g_object_set(element, spec->name, choices->values[random() % choices->n_values].value, nullptr);
+  } else if (std::string(spec->name) == "camera" || spec->value_type == G_TYPE_BOOLEAN) {
+    if (spec->owner_type == G_OBJECT_TYPE(element)) {
+      if (spec->value_type == G_TYPE_BOOLEAN) {
+        g_object_set(element, spec->name, static_cast<gboolean>(random() % 2), nullptr);
+      } else {
+        g_object_set(element, spec->name, random() % 2 != 0 ? "left" : "right", nullptr);
+      }
+    }
+  } else if (std::string(spec->name) == "stats") {
+    GstStructure* stats = nullptr;
+    g_object_get(element, "stats", &stats, nullptr);
+    gst_structure_free(stats);
+  }
+  g_free(specs);
+}
+
 /// Properties are set from another thread while frames run; nothing tears, crashes or stops.
 ELEMENT_TEST(properties_change_while_frames_run) {
   const std::string source =
@@ -231,40 +265,7 @@ ELEMENT_TEST(properties_change_while_frames_run) {
       while (!done) {
         for (const char* name : {"a", "b", "c"}) {
           g_autoptr(GstElement) element = gst_bin_get_by_name(GST_BIN(pipeline), name);
-          if (element == nullptr) continue;
-          guint count = 0;
-          GParamSpec** specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count);
-          GParamSpec* spec = specs[random() % count];
-          if (G_IS_PARAM_SPEC_DOUBLE(spec) && (spec->flags & G_PARAM_WRITABLE) != 0) {
-            const auto* range = G_PARAM_SPEC_DOUBLE(spec);
-            const double top = std::min(range->maximum, 40.0);
-            g_object_set(element, spec->name,
-                         range->minimum + (top - range->minimum) * (random() % 1000) / 1000.0,
-                         nullptr);
-          } else if (G_IS_PARAM_SPEC_INT(spec) && (spec->flags & G_PARAM_WRITABLE) != 0) {
-            const auto* range = G_PARAM_SPEC_INT(spec);
-            const int top = std::min(range->maximum, 500);
-            g_object_set(element, spec->name,
-                         range->minimum + static_cast<int>(random() % (top - range->minimum + 1)),
-                         nullptr);
-          } else if (G_IS_PARAM_SPEC_ENUM(spec)) {
-            const auto* choices = G_PARAM_SPEC_ENUM(spec)->enum_class;
-            g_object_set(element, spec->name, choices->values[random() % choices->n_values].value,
-                         nullptr);
-          } else if (std::string(spec->name) == "camera" || spec->value_type == G_TYPE_BOOLEAN) {
-            if (spec->owner_type == G_OBJECT_TYPE(element)) {
-              if (spec->value_type == G_TYPE_BOOLEAN) {
-                g_object_set(element, spec->name, static_cast<gboolean>(random() % 2), nullptr);
-              } else {
-                g_object_set(element, spec->name, random() % 2 != 0 ? "left" : "right", nullptr);
-              }
-            }
-          } else if (std::string(spec->name) == "stats") {
-            GstStructure* stats = nullptr;
-            g_object_get(element, "stats", &stats, nullptr);
-            gst_structure_free(stats);
-          }
-          g_free(specs);
+          if (element != nullptr) set_one(element, random);
         }
         std::this_thread::sleep_for(std::chrono::microseconds(300));
       }
