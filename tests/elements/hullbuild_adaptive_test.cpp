@@ -46,18 +46,19 @@ bool play_until(LiveLine& line, const std::function<bool()>& reached) {
 ELEMENT_TEST(what_is_held_up_becomes_coarser_and_fine_again) {
   LiveLine line(held_up("adaptive=true"));
   fail_unless(play_until(line, [&] { return line.statistic("hull", "sets") > 0; }));
-  fail_unless(hull_figure(line, "coarser-px") == 0.0);
+  fail_unless(!in_time || hull_figure(line, "coarser-px") == 0.0);
   const auto vertices = line.statistic("hull", "contour-vertices");
   fail_unless(vertices > 0);
   fail_unless(play_until(line, [&] { return hull_figure(line, "coarser-px") > 1.9; }));
-  fail_unless(line.statistic("hull", "contour-vertices") < 3 * vertices / 4, "%d of %d",
+  fail_unless(!in_time || line.statistic("hull", "contour-vertices") < 3 * vertices / 4, "%d of %d",
               static_cast<int>(line.statistic("hull", "contour-vertices")),
               static_cast<int>(vertices));
   const double coarsest = hull_figure(line, "coarser-px");
   GstElement* slow = line.element("slow");
   g_object_set(slow, "sleep-time", 0, nullptr);
   gst_object_unref(slow);
-  fail_unless(play_until(line, [&] { return hull_figure(line, "coarser-px") < 0.9 * coarsest; }));
+  fail_unless(!in_time ||
+              play_until(line, [&] { return hull_figure(line, "coarser-px") < 0.9 * coarsest; }));
   // Switched off it holds no longer, from the next set on.
   GstElement* hull = line.element("hull");
   g_object_set(hull, "adaptive", FALSE, nullptr);
@@ -78,7 +79,7 @@ ELEMENT_TEST(waiting_for_the_time_is_no_load) {
   options.tail = "fakesink sync=true qos=true ts-offset=300000000";
   LiveLine line(options);
   line.play(4.0);
-  fail_unless(line.statistic("hull", "sets") > 5);
+  fail_unless(line.statistic("hull", "sets") > (in_time ? 5 : 0));
   fail_unless(!in_time || hull_figure(line, "coarser-px") == 0.0, "%g px",
               hull_figure(line, "coarser-px"));
 }

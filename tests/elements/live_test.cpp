@@ -115,8 +115,9 @@ ELEMENT_TEST(what_comes_too_late_is_no_set_of_its_own) {
       nullptr, nullptr);
   line.play(3.5);
   const LiveFigures f = line.figures(1.0, line.now() - 1.2);
-  fail_unless(f.sets > 10 && f.split == 0 && f.mixed == 0, "%d sets, %d split", f.sets, f.split);
-  fail_unless(line.statistic("hull", "views-late") > 10);
+  fail_unless((!in_time || f.sets > 10) && f.split == 0 && f.mixed == 0, "%d sets, %d split",
+              f.sets, f.split);
+  fail_unless(!in_time || line.statistic("hull", "views-late") > 10);
   fail_unless(warned(line, {"cam3 9", "came after its set had gone", "max-wait"}));
   fail_unless(warned(line, {"built from 3 cameras", "cam3"}));
   gst_object_unref(pad);
@@ -183,7 +184,7 @@ ELEMENT_TEST(a_camera_joins_late) {
   line.join();
   const double joined = line.now();
   line.play(2.5);
-  fail_unless(sets_of(line, 3, 0.8, joined - 0.2) > 5);
+  fail_unless(!in_time || sets_of(line, 3, 0.8, joined - 0.2) > 5);
   // The camera needs a moment to come up.
   expect_whole(line, joined + 0.8, line.now() - 0.4, 0.7);
 }
@@ -211,8 +212,8 @@ ELEMENT_TEST(a_stage_that_cannot_keep_up_gets_whole_instants) {
   LiveLine line(options);
   line.play(6.0);
   expect_whole(line, 1.0, line.now() - 1.0, 0.2);
-  fail_unless(line.statistic("hull", "frame-step") > 1);
-  fail_unless(line.statistic("cam1", "frames-unwanted") > 20);
+  fail_unless(!in_time || line.statistic("hull", "frame-step") > 1);
+  fail_unless(!in_time || line.statistic("cam1", "frames-unwanted") > 20);
 }
 
 ELEMENT_TEST(pausing_goes_on_where_it_was) {
@@ -222,7 +223,7 @@ ELEMENT_TEST(pausing_goes_on_where_it_was) {
   g_usleep(700000);
   line.play(2.0);
   const double now = line.now();
-  fail_unless(now < 4.0, "running time has not stood still: %g s", now);
+  fail_unless(!in_time || now < 4.0, "running time has not stood still: %g s", now);
   expect_whole(line, 1.0, now - 0.5, 0.7);
 }
 
