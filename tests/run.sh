@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 # Tests everything, from a bare Debian 12 on: installs what is missing, builds, runs all tests, then the
 # library and element tests again with libraries and elements that the address and undefined-behaviour
-# sanitizers watch, assertions on. Ends with a line "N passed, N failed, N skipped"; what was skipped
-# inside programs that passed is told before. Left out are hull_cgal and refine_crossings, references by CGAL
+# sanitizers watch, assertions on (those of calibration with --long alone). Ends with a line "N passed, N failed,
+# N skipped"; what was skipped inside programs that passed is told before. Left out are hull_cgal and refine_crossings, references by CGAL
 # that take minutes to compile (configure build-release with -Dbenchmarks=true), and what skips without
 # Blender (outside-renderer, a case of polyhull-take) or COLMAP (a case of colmap), which are not installed.
 #   tests/run.sh [--quick | --long]
@@ -34,13 +34,27 @@ run_tests() {
   meson test -C "$polyhull_build" --num-processes $(($(nproc) + 1)) --print-errorlogs --logbase "$@" || good=false
 }
 
+# name_cases LOG-NAME MESON-TEST-ARGUMENT...: one process for all cases (CK_FORK=no, below) does not tell which of them
+# crashed or hung: the element tests of the log that failed run once more with a process for each case, for what this
+# prints alone.
+name_cases() {
+  local name=$1 test
+  shift
+  for test in $(cat "$logs/$name"*.json |
+    sed -n '/"result": "\(OK\|SKIP\|EXPECTEDFAIL\)"/!s|^{"name": "[^"]* / \(element-[^"]*\)".*|\1|p'); do
+    say "failed: $test; its cases once more, each in a process of its own, to name those that fail"
+    CK_FORK=yes meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "cases-$name-$test" "$@" "$test" ||
+      true
+  done
+}
+
 # run_suite LOG-NAME PATTERN MESON-TEST-ARGUMENT...: those of real time, whose names have PATTERN, come last and two at a
 # time: they need a machine that is not busy, and do little. One that fails has a second try, alone, but for what the
 # sanitizers find. Under these, those whose sources then ask for no times run beside all others.
 run_suite() {
   local name=$1 pattern=$2 timed beside="" failed test
   shift 2
-  rm -f "$logs/$name"*
+  rm -f "$logs/$name"* "$logs/cases-$name"*
   timed=$(meson test -C "$polyhull_build" --no-rebuild --list --suite real-time | sed -n "s|.* / \\(.*$pattern.*\\)|\\1|p")
   [ -n "$timed" ] || fail "no test of real time is called '$pattern'"
   run_timed() { meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "$name-$1" "${@:2}" "$1" >&2; }
@@ -66,6 +80,7 @@ run_suite() {
     second+=("$test")
     run_timed "$test" "$@" || good=false
   done
+  name_cases "$name" "$@"
 }
 
 # finish LOG...: the summary, and the status.
@@ -77,7 +92,7 @@ finish() {
 }
 
 # All cases of an element test in one process: a process of its own for each takes most of a short case's time, and
-# under the sanitizers nearly all of it. `meson test NAME` gives each one, and so tells which has crashed.
+# under the sanitizers nearly all of it. `meson test NAME` gives each one, and so tells which has crashed (name_cases).
 export CK_FORK=no
 $long || export GTEST_FILTER=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
 
@@ -87,6 +102,7 @@ if $quick; then
   say "building what these link and running them: ${nearest[*]}"
   rm -f "$logs"/quick*
   run_tests quick "${nearest[@]}"
+  name_cases quick
   finish "$logs"/quick*.json
   exit
 fi
