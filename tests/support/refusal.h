@@ -32,7 +32,9 @@ void expect_refused(Action&& action, std::initializer_list<std::string> words,
     action();
     ADD_FAILURE() << "no error, instead of one with " << *words.begin();
   } catch (const Error& error) {
-    if (kind) EXPECT_EQ(error.kind(), *kind) << error.what();
+    if (kind) {
+      EXPECT_EQ(error.kind(), *kind) << error.what();
+    }
     for (const std::string& part : words)
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos)
           << part << " is not in: " << error.what();
