@@ -225,16 +225,14 @@ void Environment::make_irradiance() {
     for (const Cell& cell : layer)
       if (cell.luminous > 0.0)
         moments.push_back({Vec3f(cell.moments[0]), Vec3f(cell.moments[1]), Vec3f(cell.moments[2])});
-  parallel_for(irradiance_.size(), 64, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Vec3f normal =
-          from_octahedron(Vec2f(i % normals, i / normals) / static_cast<float>(normals - 1));
-      Vec3f sum(0.0f);
-      for (const std::array<Vec3f, 3>& moment : moments)
-        for (int k = 0; k < 3; ++k)
-          sum[k] += std::max(glm::dot(normal, moment[static_cast<std::size_t>(k)]), 0.0f);
-      irradiance_[i] = sum;
-    }
+  parallel_each(irradiance_.size(), 64, 0, [&](std::size_t i) {
+    const Vec3f normal =
+        from_octahedron(Vec2f(i % normals, i / normals) / static_cast<float>(normals - 1));
+    Vec3f sum(0.0f);
+    for (const std::array<Vec3f, 3>& moment : moments)
+      for (int k = 0; k < 3; ++k)
+        sum[k] += std::max(glm::dot(normal, moment[static_cast<std::size_t>(k)]), 0.0f);
+    irradiance_[i] = sum;
   });
 }
 

@@ -142,28 +142,22 @@ void HullRefiner::State::set_up_views(const Hull& hull, const std::vector<Box>& 
   const Box bounds = bounds_of(hull, frame);
   distance.low = bounds.low;
   distance.high = bounds.high;
-  parallel_for(views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      outlines[k] = undistort_rings(*views[k].camera, *views[k].rings).rings;
-      ContactView placed = view_in(frame, *views[k].camera);
-      placed.coarse = std::move(distance.views[k].coarse);
-      placed.fine = std::move(distance.views[k].fine);
-      distance.views[k] = std::move(placed);
-    }
+  parallel_each(views.size(), 1, threads, [&](std::size_t k) {
+    outlines[k] = undistort_rings(*views[k].camera, *views[k].rings).rings;
+    ContactView placed = view_in(frame, *views[k].camera);
+    placed.coarse = std::move(distance.views[k].coarse);
+    placed.fine = std::move(distance.views[k].fine);
+    distance.views[k] = std::move(placed);
   });
-  parallel_for(views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      ContactView& view = distance.views[k];
-      const float pixels = std::max(pixels_of_a_cell(view), 0.5f);
-      view.beyond = -3.6f * pixels;
-      view.within = view.box_of(low, high);
-      mappers[k].draw(view.coarse, outlines[k],
-                      {.texel = std::max(pixels, 1.0f),
-                       .reach = 2,
-                       .margin = 3.6f * pixels,
-                       .everywhere = true},
-                      view.within);
-    }
+  parallel_each(views.size(), 1, threads, [&](std::size_t k) {
+    ContactView& view = distance.views[k];
+    const float pixels = std::max(pixels_of_a_cell(view), 0.5f);
+    view.beyond = -3.6f * pixels;
+    view.within = view.box_of(low, high);
+    mappers[k].draw(
+        view.coarse, outlines[k],
+        {.texel = std::max(pixels, 1.0f), .reach = 2, .margin = 3.6f * pixels, .everywhere = true},
+        view.within);
   });
 }
 
@@ -316,11 +310,9 @@ void HullRefiner::State::take() {
   surface.vertices.resize(cells.points.size());
   surface.normals.resize(cells.points.size());
   const double unit = 1.0 / frame.cells;
-  parallel_for(cells.points.size(), 4096, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      surface.vertices[i] = Vec3f(frame.turned_back(Vec3(cells.points[i])) * unit);
-      surface.normals[i] = Vec3f(frame.turned_back(Vec3(cells.normals[i])));
-    }
+  parallel_each(cells.points.size(), 4096, threads, [&](std::size_t i) {
+    surface.vertices[i] = Vec3f(frame.turned_back(Vec3(cells.points[i])) * unit);
+    surface.normals[i] = Vec3f(frame.turned_back(Vec3(cells.normals[i])));
   });
   surface.triangles.swap(cells.triangles);  // whose are cleared next
   surface.faces.assign(
@@ -352,13 +344,11 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
     plate(coarse, recipe.coarse_plates, recipe.coarse, 1.0f);
     statistics.seconds_plate = watch.lap();
   };
-  parallel_for(1 + views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (i == 0)
-        on_coarse();
-      else
-        draw_fine_map(i - 1);
-    }
+  parallel_each(1 + views.size(), 1, threads, [&](std::size_t i) {
+    if (i == 0)
+      on_coarse();
+    else
+      draw_fine_map(i - 1);
   });
   statistics.seconds_distances += watch.lap();
   start_middle();

@@ -299,19 +299,17 @@ LightLattice SubjectLight::lattice(const Part& part, const RenderFrame& frame,
   found_ = missing.size();
   const Irradiance irradiance(frame.lights, frame.sky, scene, bodies_);
   std::vector<Found> found(missing.size());
-  parallel_for(missing.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& [x, y, z] = missing[i];
-      Irradiance::Arriving light =
-          irradiance.at(place_of(first[0] + x, first[1] + y, first[2] + z, cell));
-      const Vec3f here = light.mean + rest_;
-      for (int c = 0; c < 3; ++c)
-        found[i].factor[c] = stage_[c] > 0.0f ? std::min(here[c] / stage_[c], brightest) : 1.0f;
-      light.indirect.add_even(rest_);
-      found[i].indirect = light.indirect;
-      found[i].direct = std::move(light.direct);
-      put(node(x, y, z), found[i]);
-    }
+  parallel_each(missing.size(), 16, 0, [&](std::size_t i) {
+    const auto& [x, y, z] = missing[i];
+    Irradiance::Arriving light =
+        irradiance.at(place_of(first[0] + x, first[1] + y, first[2] + z, cell));
+    const Vec3f here = light.mean + rest_;
+    for (int c = 0; c < 3; ++c)
+      found[i].factor[c] = stage_[c] > 0.0f ? std::min(here[c] / stage_[c], brightest) : 1.0f;
+    light.indirect.add_even(rest_);
+    found[i].indirect = light.indirect;
+    found[i].direct = std::move(light.direct);
+    put(node(x, y, z), found[i]);
   });
   for (std::size_t i = 0; i < missing.size(); ++i) {
     const auto& [x, y, z] = missing[i];

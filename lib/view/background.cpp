@@ -334,12 +334,9 @@ void Background::write(std::uint8_t* pixels, std::size_t stride, int red) const 
   const auto columns = static_cast<std::size_t>(width());
   const std::uint8_t* table = linear_to_srgb_table();
   const std::vector<Vec3f>& shown = picture();
-  parallel_for(static_cast<std::size_t>(height()), 16, options_.view.threads,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t y = begin; y < end; ++y)
-                   ViewLoops::best().encode(&shown[y * columns].x, width(), table, red,
-                                            pixels + y * stride);
-               });
+  parallel_each(static_cast<std::size_t>(height()), 16, options_.view.threads, [&](std::size_t y) {
+    ViewLoops::best().encode(&shown[y * columns].x, width(), table, red, pixels + y * stride);
+  });
 }
 
 Announcement Background::announcement() const {

@@ -43,22 +43,20 @@ void SceneOnScreen::set(const Scene& scene, const Mat4& pixels_from_scene,
     const Vec4 point(Vec3(position), 1.0);
     return Corner{Vec3(pixels_from_scene * point), kept ? glm::dot(*kept, point) : 1.0};
   };
-  parallel_for(parts_.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t part = begin; part < end; ++part) {
-      ScreenTriangles& triangles = parts_[part];
-      triangles.begin(width, height, near);
-      std::size_t id = part * part_triangles;
-      const std::size_t last = std::min(id + part_triangles, first.back());
-      auto mesh = static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), id) -
-                                           first.begin() - 1);
-      for (; id < last; ++id) {
-        while (id >= first[mesh + 1]) ++mesh;
-        const SceneMesh& of = scene.meshes[mesh];
-        const std::uint32_t* t = &of.triangles[3 * (id - first[mesh])];
-        triangles.add(
-            {corner(of.positions[t[0]]), corner(of.positions[t[1]]), corner(of.positions[t[2]])},
-            static_cast<std::uint32_t>(id), Facing::both);
-      }
+  parallel_each(parts_.size(), 1, threads, [&](std::size_t part) {
+    ScreenTriangles& triangles = parts_[part];
+    triangles.begin(width, height, near);
+    std::size_t id = part * part_triangles;
+    const std::size_t last = std::min(id + part_triangles, first.back());
+    auto mesh = static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), id) -
+                                         first.begin() - 1);
+    for (; id < last; ++id) {
+      while (id >= first[mesh + 1]) ++mesh;
+      const SceneMesh& of = scene.meshes[mesh];
+      const std::uint32_t* t = &of.triangles[3 * (id - first[mesh])];
+      triangles.add(
+          {corner(of.positions[t[0]]), corner(of.positions[t[1]]), corner(of.positions[t[2]])},
+          static_cast<std::uint32_t>(id), Facing::both);
     }
   });
 }

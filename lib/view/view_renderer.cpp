@@ -60,24 +60,20 @@ void render_view(const TracedScene& scene, const LightCache& light, const Camera
   // Edges are found in the finished first picture only, so the order of work does not matter.
   const int contrast = static_cast<int>(std::lround(255.0f * options.contrast));
   std::vector<std::vector<std::uint32_t>> edges(height);
-  parallel_for(static_cast<std::size_t>(height), 8, options.threads,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t y = begin; y < end; ++y) {
-                   for (int x = 0; x < width; ++x) {
-                     const std::size_t i = y * width + x;
-                     bool edge = false;
-                     const auto compare = [&](std::size_t j) {
-                       for (int k = 0; k < 3; ++k)
-                         edge |= std::abs(seen[i][k] - seen[j][k]) > contrast;
-                     };
-                     if (x > 0) compare(i - 1);
-                     if (x + 1 < width) compare(i + 1);
-                     if (y > 0) compare(i - width);
-                     if (y + 1 < static_cast<std::size_t>(height)) compare(i + width);
-                     if (edge) edges[y].push_back(static_cast<std::uint32_t>(i));
-                   }
-                 }
-               });
+  parallel_each(static_cast<std::size_t>(height), 8, options.threads, [&](std::size_t y) {
+    for (int x = 0; x < width; ++x) {
+      const std::size_t i = y * width + x;
+      bool edge = false;
+      const auto compare = [&](std::size_t j) {
+        for (int k = 0; k < 3; ++k) edge |= std::abs(seen[i][k] - seen[j][k]) > contrast;
+      };
+      if (x > 0) compare(i - 1);
+      if (x + 1 < width) compare(i + 1);
+      if (y > 0) compare(i - width);
+      if (y + 1 < static_cast<std::size_t>(height)) compare(i + width);
+      if (edge) edges[y].push_back(static_cast<std::uint32_t>(i));
+    }
+  });
   std::vector<std::uint32_t> wanted;
   for (const auto& row : edges) wanted.insert(wanted.end(), row.begin(), row.end());
   constexpr std::size_t pixels = ray_batch / edge_rays;

@@ -43,31 +43,29 @@ FigureSkin skin_on(const std::vector<SkinBody>& bodies, TriangleMesh mesh) {
   skin.openness.resize(count);
   skin.bones.resize(count);
   skin.weights.resize(count);
-  parallel_for(count, 256, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Vec3f& p = skin.positions[i];
-      skin.normals[i] = glm::normalize(skin_gradient(bodies, p));
-      skin.openness[i] = openness(bodies, p, skin.normals[i]);
-      // A bone holds a vertex the more, the nearer one of its bodies is.
-      std::array<float, bone_count> nearest;
-      nearest.fill(1e9f);
-      for (const SkinBody& body : bodies)
-        nearest[body.bone] = std::min(nearest[body.bone], distance_to_body(body, p));
-      const float least = *std::min_element(nearest.begin(), nearest.end());
-      std::array<int, bone_count> order;
-      for (int b = 0; b < bone_count; ++b) order[b] = b;
-      std::stable_sort(order.begin(), order.end(),
-                       [&](int a, int b) { return nearest[a] < nearest[b]; });
-      float sum = 0.0f;
-      for (int k = 0; k < FigureSkin::influences; ++k) {
-        const float excess = (nearest[order[k]] - least) / softness(order[0]);
-        const float w = std::max(std::exp(-excess) - 0.02f, 0.0f);
-        skin.bones[i][k] = static_cast<std::uint8_t>(order[k]);
-        skin.weights[i][k] = w;
-        sum += w;
-      }
-      for (float& w : skin.weights[i]) w /= sum;
+  parallel_each(count, 256, 0, [&](std::size_t i) {
+    const Vec3f& p = skin.positions[i];
+    skin.normals[i] = glm::normalize(skin_gradient(bodies, p));
+    skin.openness[i] = openness(bodies, p, skin.normals[i]);
+    // A bone holds a vertex the more, the nearer one of its bodies is.
+    std::array<float, bone_count> nearest;
+    nearest.fill(1e9f);
+    for (const SkinBody& body : bodies)
+      nearest[body.bone] = std::min(nearest[body.bone], distance_to_body(body, p));
+    const float least = *std::min_element(nearest.begin(), nearest.end());
+    std::array<int, bone_count> order;
+    for (int b = 0; b < bone_count; ++b) order[b] = b;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return nearest[a] < nearest[b]; });
+    float sum = 0.0f;
+    for (int k = 0; k < FigureSkin::influences; ++k) {
+      const float excess = (nearest[order[k]] - least) / softness(order[0]);
+      const float w = std::max(std::exp(-excess) - 0.02f, 0.0f);
+      skin.bones[i][k] = static_cast<std::uint8_t>(order[k]);
+      skin.weights[i][k] = w;
+      sum += w;
     }
+    for (float& w : skin.weights[i]) w /= sum;
   });
   return skin;
 }

@@ -43,13 +43,11 @@ void Signs::find(const Level& fine, int threads) {
   const Grid& grid = fine.grid;
   words = (grid.row() + 63) / 64;
   bits.assign(fine.rows.size() * words, 0);
-  parallel_for(fine.rows.size(), 256, threads, [&](std::size_t first, std::size_t last) {
-    for (std::size_t r = first; r < last; ++r) {
-      const Extent extent = fine.rows[r];
-      const int begin = extent.begin / 64 * 64, end = (extent.end + 7) / 8 * 8;
-      Loops::best().signs(fine.values.data() + r * grid.row() + begin, 0.0f, end - begin,
-                          bits.data() + r * words + begin / 64);
-    }
+  parallel_each(fine.rows.size(), 256, threads, [&](std::size_t r) {
+    const Extent extent = fine.rows[r];
+    const int begin = extent.begin / 64 * 64, end = (extent.end + 7) / 8 * 8;
+    Loops::best().signs(fine.values.data() + r * grid.row() + begin, 0.0f, end - begin,
+                        bits.data() + r * words + begin / 64);
   });
 }
 
@@ -168,14 +166,11 @@ void CellMarcher::gather(CellSurface& out, const Grid& grid, int threads) {
   out.points.resize(first_point.back());
   out.normals.resize(first_point.back());
   out.triangles.resize(first_corner.back());
-  parallel_for(slabs, 8, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t z = begin; z < end; ++z) {
-      const Slab& slab = slabs_[z];
-      std::copy(slab.points.begin(), slab.points.end(), out.points.data() + first_point[z]);
-      std::copy(slab.normals.begin(), slab.normals.end(), out.normals.data() + first_point[z]);
-      std::copy(slab.triangles.begin(), slab.triangles.end(),
-                out.triangles.data() + first_corner[z]);
-    }
+  parallel_each(slabs, 8, threads, [&](std::size_t z) {
+    const Slab& slab = slabs_[z];
+    std::copy(slab.points.begin(), slab.points.end(), out.points.data() + first_point[z]);
+    std::copy(slab.normals.begin(), slab.normals.end(), out.normals.data() + first_point[z]);
+    std::copy(slab.triangles.begin(), slab.triangles.end(), out.triangles.data() + first_corner[z]);
   });
 }
 

@@ -221,9 +221,8 @@ void sample_row(const Grid& grid, const float* values, const Grid& at, int y, in
 void trace_rays(std::span<const OutlineView> views, std::span<const Level> parts, int threads,
                 ContactRays& out) {
   std::vector<ContactRays> of_view(views.size());
-  parallel_for(views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) trace_view(views[k], parts, of_view[k]);
-  });
+  parallel_each(views.size(), 1, threads,
+                [&](std::size_t k) { trace_view(views[k], parts, of_view[k]); });
   out.rays.clear();
   out.pieces.clear();
   for (const ContactRays& some : of_view) {
@@ -240,11 +239,9 @@ void trace_rays(std::span<const OutlineView> views, std::span<const Level> parts
 void find_rims(ContactRays& rays, std::span<const Level> parts, float step, RimSearch where,
                std::size_t stride, int threads, float held) {
   const std::size_t count = (rays.rays.size() + stride - 1) / stride;
-  parallel_for(count, 64, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      ContactRay& ray = rays.rays[i * stride];
-      if (ray.value < held) find_rim(ray, rays, parts, step, where);
-    }
+  parallel_each(count, 64, threads, [&](std::size_t i) {
+    ContactRay& ray = rays.rays[i * stride];
+    if (ray.value < held) find_rim(ray, rays, parts, step, where);
   });
 }
 

@@ -162,16 +162,14 @@ void make_fine(const Level& coarse, const HullDistance& hull, Level& fine, int t
 
 void cut_at_hull(Level& fine, int threads) {
   const Grid& grid = fine.grid;
-  parallel_for(fine.rows.size(), 64, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) {
-      const int y = static_cast<int>(r) % grid.ny, z = static_cast<int>(r) / grid.ny;
-      float* values = fine.values.data() + grid.node(0, y, z);
-      const float* hull = fine.hull.data() + grid.node(0, y, z);
-      const bool at_border = y == 0 || z == 0 || y == grid.ny - 1 || z == grid.nz - 1;
-      for (int x = fine.rows[r].begin; x < fine.rows[r].end; ++x) {
-        values[x] = std::min(values[x], hull[x]);
-        if (at_border || x == 0 || x == grid.nx - 1) values[x] = outside;
-      }
+  parallel_each(fine.rows.size(), 64, threads, [&](std::size_t r) {
+    const int y = static_cast<int>(r) % grid.ny, z = static_cast<int>(r) / grid.ny;
+    float* values = fine.values.data() + grid.node(0, y, z);
+    const float* hull = fine.hull.data() + grid.node(0, y, z);
+    const bool at_border = y == 0 || z == 0 || y == grid.ny - 1 || z == grid.nz - 1;
+    for (int x = fine.rows[r].begin; x < fine.rows[r].end; ++x) {
+      values[x] = std::min(values[x], hull[x]);
+      if (at_border || x == 0 || x == grid.nx - 1) values[x] = outside;
     }
   });
 }
@@ -233,9 +231,8 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const
         for (const AskingRim& rim : memory.rims_of_slab[k]) Loops::best().ask(rim, slab);
     }
   });
-  parallel_for(fine.rows.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) do_as_asked(fine, r, memory);
-  });
+  parallel_each(fine.rows.size(), 256, threads,
+                [&](std::size_t r) { do_as_asked(fine, r, memory); });
 }
 
 }  // namespace polyhull::refine

@@ -72,9 +72,8 @@ std::size_t keep_thin_parts(std::span<Level> fine, ContactRays& rays, const Hull
   for (std::size_t i = 0; i < rays.rays.size(); ++i)
     if (rays.rays[i].value <= lost) outside_rays.push_back(static_cast<std::uint32_t>(i));
   std::vector<Middle> middles(outside_rays.size());
-  parallel_for(middles.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      middles[i] = middle_of_hull(rays.rays[outside_rays[i]], rays, hull, half_thickness);
+  parallel_each(middles.size(), 8, threads, [&](std::size_t i) {
+    middles[i] = middle_of_hull(rays.rays[outside_rays[i]], rays, hull, half_thickness);
   });
   std::size_t count = 0;
   for (std::size_t i = 0; i < middles.size(); ++i) {

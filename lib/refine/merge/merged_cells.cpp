@@ -138,11 +138,9 @@ void CellMerger::find_bricks(const Level& fine, int threads) {
   nz_ = (grid.nz + cells - 1) / cells;
   grid_.assign(static_cast<std::size_t>(nx_) * ny_ * nz_, -1);
   layers_.resize(std::max(layers_.size(), static_cast<std::size_t>(nz_)));
-  parallel_for(static_cast<std::size_t>(nz_), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t z = begin; z < end; ++z) {
-      layers_[z].clear();
-      search(grid, static_cast<int>(z), layers_[z]);
-    }
+  parallel_each(static_cast<std::size_t>(nz_), 1, threads, [&](std::size_t z) {
+    layers_[z].clear();
+    search(grid, static_cast<int>(z), layers_[z]);
   });
   count_ = 0;
   for (int z = 0; z < nz_; ++z)
@@ -299,9 +297,7 @@ void CellMerger::find_turned(Brick& brick) const {
 
 template <typename Body>
 void CellMerger::each(const Numbers& some, int threads, const Body& body) {
-  parallel_for(some.size(), 32, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) body(bricks_[some[i]], some[i]);
-  });
+  parallel_each(some.size(), 32, threads, [&](std::size_t i) { body(bricks_[some[i]], some[i]); });
 }
 
 /// Takes the slide of corners back until no triangle is turned over: as they were cut, none is.
@@ -346,18 +342,16 @@ void CellMerger::gather(const Level& fine, CellSurface& out, int threads) const 
   out.normals.resize(first_point.back());
   out.triangles.resize(first_corner.back());
   const Grid& grid = fine.grid;
-  parallel_for(count_, 64, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      const Brick& brick = bricks_[b];
-      const Vec3f low = grid.position(cells * brick.x, cells * brick.y, cells * brick.z);
-      for (std::size_t i = 0; i < brick.corners.size(); ++i) {
-        out.points[first_point[b] + i] = low + grid.cell * brick.corners[i].slid;
-        out.normals[first_point[b] + i] = brick.corners[i].normal;
-      }
-      for (std::size_t i = 0; i < brick.triangles.size(); ++i)
-        out.triangles[first_corner[b] + i] =
-            first_point[brick.triangles[i] / 256] + brick.triangles[i] % 256;
+  parallel_each(count_, 64, threads, [&](std::size_t b) {
+    const Brick& brick = bricks_[b];
+    const Vec3f low = grid.position(cells * brick.x, cells * brick.y, cells * brick.z);
+    for (std::size_t i = 0; i < brick.corners.size(); ++i) {
+      out.points[first_point[b] + i] = low + grid.cell * brick.corners[i].slid;
+      out.normals[first_point[b] + i] = brick.corners[i].normal;
     }
+    for (std::size_t i = 0; i < brick.triangles.size(); ++i)
+      out.triangles[first_corner[b] + i] =
+          first_point[brick.triangles[i] / 256] + brick.triangles[i] % 256;
   });
 }
 

@@ -46,21 +46,20 @@ void PhotoCarver::average(std::size_t depths, int threads) {
   const std::size_t count = first_neighbour_.size() - 1;
   for (int times = 0; times < 3; ++times) {
     averaged_.resize(agreement_.size());
-    parallel_for(count, 512, threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v)
-        for (std::size_t d = 0; d < depths; ++d) {
-          float sum = 0.0f, weight = 0.0f;
-          const auto add = [&](std::size_t u, float w) {
-            const float value = agreement_[u * depths + d];
-            if (value == unknown) return;
-            sum += w * value;
-            weight += w;
-          };
-          add(v, 2.0f);
-          for (std::uint32_t i = first_neighbour_[v]; i < first_neighbour_[v + 1]; ++i)
-            add(neighbours_[i], 1.0f);
-          averaged_[v * depths + d] = weight > 2.5f ? sum / weight : unknown;
-        }
+    parallel_each(count, 512, threads, [&](std::size_t v) {
+      for (std::size_t d = 0; d < depths; ++d) {
+        float sum = 0.0f, weight = 0.0f;
+        const auto add = [&](std::size_t u, float w) {
+          const float value = agreement_[u * depths + d];
+          if (value == unknown) return;
+          sum += w * value;
+          weight += w;
+        };
+        add(v, 2.0f);
+        for (std::uint32_t i = first_neighbour_[v]; i < first_neighbour_[v + 1]; ++i)
+          add(neighbours_[i], 1.0f);
+        averaged_[v * depths + d] = weight > 2.5f ? sum / weight : unknown;
+      }
     });
     agreement_.swap(averaged_);
   }
@@ -108,15 +107,13 @@ void PhotoCarver::drop_lonely(int threads) {
   smoothed_.resize(count);
   for (std::size_t v = 0; v < count; ++v) depth_[v] = wanted_[v] > 0.0f ? 1.0f : 0.0f;
   for (int i = 0; i < widely; ++i) {
-    parallel_for(count, 1024, threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        float sum = depth_[v], number = 1.0f;
-        for (std::uint32_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
-          sum += depth_[neighbours_[k]];
-          number += 1.0f;
-        }
-        smoothed_[v] = sum / number;
+    parallel_each(count, 1024, threads, [&](std::size_t v) {
+      float sum = depth_[v], number = 1.0f;
+      for (std::uint32_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
+        sum += depth_[neighbours_[k]];
+        number += 1.0f;
       }
+      smoothed_[v] = sum / number;
     });
     depth_.swap(smoothed_);
   }
@@ -153,15 +150,13 @@ void PhotoCarver::smooth(int times, int threads) {
   depth_ = wanted_;
   smoothed_.resize(count);
   for (int i = 0; i < times; ++i) {
-    parallel_for(count, 1024, threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        float sum = weight_[v] * wanted_[v], weight = weight_[v];
-        for (std::uint32_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
-          sum += 0.5f * depth_[neighbours_[k]];
-          weight += 0.5f;
-        }
-        smoothed_[v] = sum / weight;
+    parallel_each(count, 1024, threads, [&](std::size_t v) {
+      float sum = weight_[v] * wanted_[v], weight = weight_[v];
+      for (std::uint32_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
+        sum += 0.5f * depth_[neighbours_[k]];
+        weight += 0.5f;
       }
+      smoothed_[v] = sum / weight;
     });
     depth_.swap(smoothed_);
   }
@@ -207,15 +202,12 @@ void PhotoCarver::lower(Level& fine, const CellSurface& surface, int threads) {
 bool PhotoCarver::carve(Level& fine, const CellSurface& surface, std::span<const Vec3f> rims,
                         const PhotoSettings& settings, int threads) {
   if (surface.points.empty()) return false;
-  parallel_for(looks_.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) draw_depths(surface, looks_[k]);
-  });
+  parallel_each(looks_.size(), 1, threads, [&](std::size_t k) { draw_depths(surface, looks_[k]); });
   const auto depths = static_cast<std::size_t>(settings.steps) + 1;
   agreement_.assign(surface.points.size() * depths, unknown);
-  parallel_for(surface.points.size(), 64, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v)
-      find_agreement(surface, static_cast<std::uint32_t>(v), settings,
-                     agreement_.data() + v * depths);
+  parallel_each(surface.points.size(), 64, threads, [&](std::size_t v) {
+    find_agreement(surface, static_cast<std::uint32_t>(v), settings,
+                   agreement_.data() + v * depths);
   });
   find_neighbours(surface);
   average(depths, threads);

@@ -89,14 +89,12 @@ void PhotoCarver::set_up(std::span<const CameraContours> cameras,
                          std::span<const ViewPixels> pictures, std::span<const ContactView> views,
                          int threads) {
   looks_.resize(pictures.size());
-  parallel_for(looks_.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      Look& look = looks_[k];
-      look.camera = cameras[k].camera;
-      look.view = &views[k];
-      look.lens = look.camera->has_distortion();
-      take_luma(pictures[k], look);
-    }
+  parallel_each(looks_.size(), 1, threads, [&](std::size_t k) {
+    Look& look = looks_[k];
+    look.camera = cameras[k].camera;
+    look.view = &views[k];
+    look.lens = look.camera->has_distortion();
+    take_luma(pictures[k], look);
   });
 }
 

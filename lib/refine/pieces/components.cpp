@@ -172,13 +172,11 @@ std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRun
   if (count < 2) return 0;
   const Components components(fine, std::move(runs));
   std::vector<Touched> touched(rays.rays.size());
-  parallel_for(touched.size(), 64, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      touched[i].at_rim = component_at_rim(rays.rays[i], fine, components);
-      if (touched[i].at_rim > 0)
-        touched[i].nearby = components_near(inside(rays.rays[i], inwards), fine, components.levels,
-                                            unsure, Wanted::all);
-    }
+  parallel_each(touched.size(), 64, threads, [&](std::size_t i) {
+    touched[i].at_rim = component_at_rim(rays.rays[i], fine, components);
+    if (touched[i].at_rim > 0)
+      touched[i].nearby = components_near(inside(rays.rays[i], inwards), fine, components.levels,
+                                          unsure, Wanted::all);
   });
   std::vector<bool> needed(count, false);
   needed[0] = true;

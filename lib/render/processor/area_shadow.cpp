@@ -138,9 +138,8 @@ void AreaShadow::draw(ShadowCasters& subjects, const TracedScene& scene, const S
     block_state_[number] = find_candidates(subjects.reach(), scene, view, number) > 0;
   });
   if (subjects.masked()) {
-    parallel_for(neighbours, 1, 0, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t same = begin; same < end; ++same)
-        rays += look_up(subjects, scene, light, static_cast<int>(same));
+    parallel_each(neighbours, 1, 0, [&](std::size_t same) {
+      rays += look_up(subjects, scene, light, static_cast<int>(same));
     });
   } else {
     in_blocks(1, [&](std::size_t number) {

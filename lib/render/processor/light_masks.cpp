@@ -174,9 +174,7 @@ void LightMasks::aim(std::span<const Vec3f> places) {
     }
   }
   images_.resize(places.size() * image_size());
-  parallel_for(places.size(), 8, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) draw(i);
-  });
+  parallel_each(places.size(), 8, 0, [&](std::size_t i) { draw(i); });
 }
 
 void LightMasks::draw(std::size_t number) {

@@ -85,14 +85,12 @@ class ReceiverGrid {
   /// Calls body(number) for the blocks of this frame whose state is at least \p least.
   template <class Body>
   void in_blocks(std::uint8_t least, Body&& body) const {
-    parallel_for(static_cast<std::size_t>(blocks_.width) * blocks_.height, 2, 0,
-                 [&](std::size_t begin, std::size_t end) {
-                   for (std::size_t i = begin; i < end; ++i) {
-                     const std::size_t number = (blocks_.y + i / blocks_.width) * block_columns_ +
-                                                blocks_.x + i % blocks_.width;
-                     if (block_state_[number] >= least) body(number);
-                   }
-                 });
+    parallel_each(
+        static_cast<std::size_t>(blocks_.width) * blocks_.height, 2, 0, [&](std::size_t i) {
+          const std::size_t number =
+              (blocks_.y + i / blocks_.width) * block_columns_ + blocks_.x + i % blocks_.width;
+          if (block_state_[number] >= least) body(number);
+        });
   }
   /// Calls body(pixel, x, y) for the block's pixels of the grid.
   template <class Body>

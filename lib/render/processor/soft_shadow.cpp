@@ -150,10 +150,8 @@ bool SoftShadow::draw(const SoftMasks& subjects, const TracedScene& scene, const
     block_state_[number] = find_candidates(subjects, scene, view, number);
   });
   std::atomic<std::uint64_t> rays = 0;
-  parallel_for(SoftMasks::sets, 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t set = begin; set < end; ++set)
-      rays += look_up(subjects, scene, static_cast<int>(set));
-  });
+  parallel_each(SoftMasks::sets, 1, 0,
+                [&](std::size_t set) { rays += look_up(subjects, scene, static_cast<int>(set)); });
   in_blocks(1, [&](std::size_t number) { gather(number); });
   mark_shaded();
   rays_ = rays;
