@@ -14,13 +14,14 @@ using namespace polyhull::test;
 
 namespace {
 
-const bool in_time = !sanitized();  // else it may come too late; what comes must be whole
+// Else views may come too late, or farther apart than the wait, which splits an instant.
+const bool in_time = !sanitized();
 
 void expect_whole(const LiveLine& line, double begin, double end, double share) {
   fail_unless(line.error().empty(), "%s", line.error().c_str());
   const LiveFigures f = line.figures(begin, end);
   fail_unless(f.sets > 0, "no sets from %.1f to %.1f s", begin, end);
-  fail_unless((f.incomplete == 0 || !in_time) && f.mixed == 0 && f.split == 0,
+  fail_unless((f.incomplete + f.split == 0 || !in_time) && f.mixed == 0,
               "%d sets: %d incomplete, %d mixed, %d split", f.sets, f.incomplete, f.mixed, f.split);
   fail_unless(f.unreadable == 0, "%d labels cannot be read", f.unreadable);
   fail_unless(!in_time || f.share() >= share, "%d of %d instants from %.1f to %.1f s", f.shown,
@@ -115,7 +116,7 @@ ELEMENT_TEST(what_comes_too_late_is_no_set_of_its_own) {
       nullptr, nullptr);
   line.play(3.5);
   const LiveFigures f = line.figures(1.0, line.now() - 1.2);
-  fail_unless((!in_time || f.sets > 10) && f.split == 0 && f.mixed == 0, "%d sets, %d split",
+  fail_unless((!in_time || (f.sets > 10 && f.split == 0)) && f.mixed == 0, "%d sets, %d split",
               f.sets, f.split);
   fail_unless(!in_time || line.statistic("hull", "views-late") > 10);
   fail_unless(warned(line, {"cam3 9", "came after its set had gone", "max-wait"}));
@@ -331,8 +332,8 @@ ELEMENT_TEST(no_queue_and_no_wait_stalls) {
       const LiveFigures f = lines[i]->figures(1.0, 100.0);
       const int late = sets_of(*lines[i], 4, lines[i]->now() - 3.0, 100.0);
       fail_unless(lines[i]->error().empty(), "%s: %s", told[i].c_str(), lines[i]->error().c_str());
-      fail_unless(late > 0 && f.mixed == 0 && f.split == 0, "%s: %d sets at the end, %d split",
-                  told[i].c_str(), late, f.split);
+      fail_unless(late > 0 && f.mixed == 0 && (f.split == 0 || !in_time),
+                  "%s: %d sets at the end, %d split", told[i].c_str(), late, f.split);
     }
   }
 }
