@@ -14,15 +14,23 @@ polyhull_help "$@"
 [ -f "$1/build.ninja" ] || fail "'$1' is no build folder"
 build=$(realpath "$1") folder=$2 source=$polyhull_source
 
-# Those that make a context of OpenGL.
-mapfile -t tests < <(cd "$source/tests" && grep -lE '"(backend|gl_context|shot)\.h"' -r lib stress --include='*_test.cpp' |
-  sed -E 's#^(lib|stress)/(.*/)?#\1/#; s#\.cpp$##' | sort)
-ninja -C "$build" plugins/libgstpolyhull.so tests/benchmarks/picture_benchmark "${tests[@]/#/tests/}"
+# Those that make a context of OpenGL: of each its program and, where this has others' cases, too, its name.
+names=$(cd "$source/tests" && grep -lE '"(backend|gl_context|shot)\.h"' -r lib stress --include='*_test.cpp' |
+  sed 's#.*/##; s#_test\.cpp$##')
+mapfile -t tests < <(meson introspect --tests "$build" | NAMES=$names python3 -c '
+import json, os, sys
+for test in json.load(sys.stdin):
+    program, *words = test["cmd"]
+    if test["name"] in os.environ["NAMES"].split():
+        print("tests/" + program.split("/tests/")[1], *words)' | sort)
+programs=$(printf '%s\n' "${tests[@]}" | sed 's/ .*//' | sort -u)
+ninja -C "$build" plugins/libgstpolyhull.so tests/benchmarks/picture_benchmark $programs
 
 packed=$(mktemp -d)
 trap 'rm -rf "$packed"' EXIT
 mkdir "$packed"/{tests,lib,glvnd,meshes}
-for test in "${tests[@]}"; do cp "$build/tests/$test" "$packed/tests/"; done
+for program in $programs; do cp "$build/$program" "$packed/tests/"; done
+printf '%s\n' "${tests[@]##*/}" > "$packed/tests.txt"
 cp "$build/tests/benchmarks/picture_benchmark" "$packed/"
 
 cameras=()

@@ -90,7 +90,8 @@ def distance(build, test, changed):
         return 0
     target = program.removeprefix(str(build.folder) + "/")
     own = build.includes(item for item in build.inputs.get(target, []) if item in build.sources)
-    called = {path.split("/")[1] if path.startswith("plugins/") else pathlib.PurePath(path).stem for path in changed}
+    called = {path.split("/")[1] if path.startswith("plugins/") else pathlib.PurePath(path).stem.removesuffix("_test")
+              for path in changed}
     name = test["name"].removeprefix("element-")
     if any(name == word or name.startswith(word + "_") for word in called):
         return 0

@@ -20,7 +20,7 @@ if [ -n "${POLYHULL_LONG:-}" ]; then
   # and lock up in Mesa's code generator, so those that draw look for no leaks or for ours alone.
   case $program:${ASAN_OPTIONS:-} in
     *detect_leaks=0*) ;;
-    */tests/elements/* | */hullbuild_soak_test:* | */find_board_test:*)
+    */tests/elements/* | */hullbuild_soak_test:* | */boards_test:*)
       export ASAN_OPTIONS=${ASAN_OPTIONS:-}:fast_unwind_on_malloc=0
       export LSAN_OPTIONS=print_suppressions=0:suppressions=$(dirname "$0")/lsan.supp ;;
   esac

@@ -89,11 +89,11 @@ class Simulation {
     std::vector<CameraContours> views;
     for (std::size_t k = 0; k < cameras_.size(); ++k) views.push_back({&cameras_[k], &contours[k]});
     const Hull& hull = stage_.build(views, options_, 0.0);
-    const Surface truth = body.surface(), rough = surface_of(hull);
+    const TriangleSurface truth = body.surface(), rough = surface_of(hull);
     forecast.hull_mean += 500.0 * (distance_between(rough, truth, samples).mean +
                                    distance_between(truth, rough, samples).mean);
     const Hull& refined = refiner_.refine(hull, views, 1.0, {.reuse = false});
-    const Surface surface = surface_of(refined);
+    const TriangleSurface surface = surface_of(refined);
     const SurfaceDistance out = distance_between(surface, truth, samples),
                           in = distance_between(truth, surface, samples);
     forecast.refined_mean += 500.0 * (out.mean + in.mean);

@@ -111,7 +111,7 @@ std::vector<SurfacePoint> surface_points(const std::vector<StageBody>& bodies, s
   const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   std::vector<SurfacePoint> points;
   for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-    const Surface surface = bodies[b].surface();
+    const TriangleSurface surface = bodies[b].surface();
     std::vector<double> areas;
     double sum = 0.0;
     for (const auto& t : surface.triangles) {

@@ -60,8 +60,8 @@ Bounds Stage::bounds() const {
   return {Vec3(-0.5 * width, 0.0, -0.5 * depth), Vec3(0.5 * width, height, 0.5 * depth)};
 }
 
-Surface StageBody::surface() const {
-  Surface out;
+TriangleSurface StageBody::surface() const {
+  TriangleSurface out;
   out.vertices.assign(positions.begin(), positions.end());
   for (std::size_t t = 0; t < triangles.size(); t += 3) {
     out.triangles.push_back({triangles[t], triangles[t + 1], triangles[t + 2]});

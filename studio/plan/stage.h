@@ -29,7 +29,7 @@ struct StageBody {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;  ///< unit length, outward
   std::vector<std::uint32_t> triangles;
-  Surface surface() const;
+  TriangleSurface surface() const;
 };
 
 /// The figure at five instants of its motion, turned by fifths of a circle: three times in the

@@ -36,7 +36,7 @@ Vec3 nearest(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
 /// A surface that is asked for the points nearest to others; by many threads at once.
 class NearestPoint {
  public:
-  explicit NearestPoint(const Surface& surface) : surface_(surface) {
+  explicit NearestPoint(const TriangleSurface& surface) : surface_(surface) {
     device_.reset(rtcNewDevice(nullptr));
     if (!device_) throw Error(Error::Kind::unsupported, "Embree cannot start on this machine.");
     scene_.reset(rtcNewScene(device_.get()));
@@ -71,7 +71,7 @@ class NearestPoint {
 
  private:
   struct Question {
-    const Surface* surface;
+    const TriangleSurface* surface;
     Vec3 at;
     double distance;
   };
@@ -93,12 +93,12 @@ class NearestPoint {
     return true;
   }
 
-  const Surface& surface_;
+  const TriangleSurface& surface_;
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::unique_ptr<RTCSceneTy, Release> scene_;
 };
 
-std::vector<Vec3> spread(const Surface& surface, std::size_t count) {
+std::vector<Vec3> spread(const TriangleSurface& surface, std::size_t count) {
   std::vector<double> areas;
   double sum = 0.0;
   for (const auto& t : surface.triangles) {
@@ -128,8 +128,8 @@ std::vector<Vec3> spread(const Surface& surface, std::size_t count) {
 
 }  // namespace
 
-Surface surface_of(const Hull& hull) {
-  Surface surface;
+TriangleSurface surface_of(const Hull& hull) {
+  TriangleSurface surface;
   for (const Vec3f& v : hull.vertices) surface.vertices.push_back(hull.origin + Vec3(v));
   for (std::size_t t = 0; t < hull.triangles.size(); t += 3) {
     surface.triangles.push_back({hull.triangles[t], hull.triangles[t + 1], hull.triangles[t + 2]});
@@ -137,7 +137,7 @@ Surface surface_of(const Hull& hull) {
   return surface;
 }
 
-double volume_of(const Surface& surface) {
+double volume_of(const TriangleSurface& surface) {
   double volume = 0.0;
   for (const auto& t : surface.triangles) {
     volume += glm::dot(surface.vertices[t[0]],
@@ -147,7 +147,8 @@ double volume_of(const Surface& surface) {
   return volume;
 }
 
-SurfaceDistance distance_between(const Surface& from, const Surface& to, std::size_t count) {
+SurfaceDistance distance_between(const TriangleSurface& from, const TriangleSurface& to,
+                                 std::size_t count) {
   SurfaceDistance result;
   if (from.triangles.empty() || count == 0) return result;
   std::vector<Vec3> points = spread(from, count);

@@ -13,15 +13,15 @@
 namespace polyhull {
 
 /// Triangles with double coordinates, outside seen counter-clockwise.
-struct Surface {
+struct TriangleSurface {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-Surface surface_of(const Hull& hull);
+TriangleSurface surface_of(const Hull& hull);
 
 /// What \p surface encloses, if it is closed; the cube of its unit.
-double volume_of(const Surface& surface);
+double volume_of(const TriangleSurface& surface);
 
 /// Distances from points spread over one surface to the other, in their unit.
 struct SurfaceDistance {
@@ -35,6 +35,7 @@ struct SurfaceDistance {
 /// "Real-Time Collision Detection", 5.1.5). The same for any number of threads; right to a
 /// millionth of the coordinates. Infinite where \p to has no triangles, all 0 where \p from has
 /// none.
-SurfaceDistance distance_between(const Surface& from, const Surface& to, std::size_t count);
+SurfaceDistance distance_between(const TriangleSurface& from, const TriangleSurface& to,
+                                 std::size_t count);
 
 }  // namespace polyhull

@@ -19,9 +19,9 @@ constexpr int frames = 25;
 /// Steps from frame to frame, mm.
 struct Steps {
   std::vector<double> lengths;
-  Surface last;
+  TriangleSurface last;
 
-  void add(const Surface& surface) {
+  void add(const TriangleSurface& surface) {
     if (!last.triangles.empty()) lengths.push_back(distance_mm(last, surface));
     last = surface;
   }
@@ -43,8 +43,8 @@ std::vector<double> moved_by_noise(const Rig& rig, const std::vector<Body>& bodi
     const BodyScene other = with_noise(still, noise, 2 * b + 2);
     const Hull one_hull = hull_of(one, stage, 0), other_hull = hull_of(other, stage, 0);
     for (std::size_t m = 0; m < methods.size(); ++m) {
-      const Surface from = surface_of(methods[m].surface(one, one_hull));
-      const Surface to = surface_of(methods[m].surface(other, other_hull));
+      const TriangleSurface from = surface_of(methods[m].surface(one, one_hull));
+      const TriangleSurface to = surface_of(methods[m].surface(other, other_hull));
       moved[m] += distance_mm(from, to) / static_cast<double>(bodies.size());
     }
   }

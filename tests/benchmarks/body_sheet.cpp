@@ -11,7 +11,7 @@ namespace {
 
 /// What is covered in any of the pictures, and a little around it: nothing is larger than the hull
 /// but the truth, by the contours' tolerance.
-Rectangle region_of(const Surface& surface, const Camera& camera) {
+Rectangle region_of(const TriangleSurface& surface, const Camera& camera) {
   constexpr int margin = 12;
   int left = camera.width, right = 0, top = camera.height, bottom = 0;
   for (const Vec3& v : surface.vertices) {

@@ -124,7 +124,7 @@ class Study {
 
   void report(const char* method, double setting, const std::vector<Rings>& rings, double ms,
               const Hull& hull) {
-    const Surface surface = surface_of(hull);
+    const TriangleSurface surface = surface_of(hull);
     std::size_t vertices = 0;
     for (const Rings& r : rings) vertices += r.points.size();
     double own = 0.0, others = 0.0;
@@ -145,7 +145,7 @@ class Study {
     }
   }
 
-  Surface body_;
+  TriangleSurface body_;
   std::FILE* file_ = nullptr;
   Bounds bounds_;
   std::vector<Camera> own_, others_;

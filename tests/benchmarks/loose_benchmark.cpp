@@ -34,7 +34,7 @@ struct Take {
   std::vector<Camera> cameras;
   std::vector<Rings> contours;
   std::optional<Bounds> bounds;
-  Surface truth;  // empty: not known
+  TriangleSurface truth;  // empty: not known
   long handles = 0;
 };
 
@@ -152,8 +152,8 @@ std::vector<Piece> pieces_of(const Hull& hull) {
 
 /// How many pixels of each camera's silhouette only \p piece covers, farther than \p reach pixels from
 /// where \p rest does.
-std::vector<int> needed_pixels(const Take& take, const Surface& piece, const Surface& rest,
-                               int reach) {
+std::vector<int> needed_pixels(const Take& take, const TriangleSurface& piece,
+                               const TriangleSurface& rest, int reach) {
   std::vector<int> pixels;
   for (std::size_t k = 0; k < take.cameras.size(); ++k) {
     const Picture own = coverage_of(piece, take.cameras[k]),
@@ -187,11 +187,11 @@ struct Options {
   bool each = false, no_distance = false, no_needs = false;
 };
 
-Surface joined(const std::vector<Piece>& pieces, std::size_t without) {
-  Surface out;
+TriangleSurface joined(const std::vector<Piece>& pieces, std::size_t without) {
+  TriangleSurface out;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (i == without) continue;
-    const Surface some = surface_of(pieces[i].surface);
+    const TriangleSurface some = surface_of(pieces[i].surface);
     const auto shift = static_cast<std::uint32_t>(out.vertices.size());
     out.vertices.insert(out.vertices.end(), some.vertices.begin(), some.vertices.end());
     for (const auto& t : some.triangles)
@@ -214,7 +214,7 @@ void judge(const Take& take, const Hull& surface, const Options& options, Sums& 
     ++sums.loose;
     sums.largest = std::max(sums.largest, 1e6 * piece.volume);
     if (options.no_needs) continue;
-    const Surface own = surface_of(piece.surface), rest = joined(pieces, i);
+    const TriangleSurface own = surface_of(piece.surface), rest = joined(pieces, i);
     const double far = 1e3 * distance_between(own, surface_of(pieces[0].surface), 200).mean;
     sums.farthest = std::max(sums.farthest, far);
     const std::vector<int> needed = needed_pixels(take, own, rest, options.reach);
@@ -232,7 +232,7 @@ void judge(const Take& take, const Hull& surface, const Options& options, Sums& 
   sums.fewer += std::max(0l, take.handles - handles);
   sums.volume += 1e3 * pieces[0].volume;
   if (take.truth.triangles.empty() || options.no_distance) return;
-  const Surface made = surface_of(surface);
+  const TriangleSurface made = surface_of(surface);
   const SurfaceDistance to = distance_between(made, take.truth, 20000),
                         from = distance_between(take.truth, made, 20000);
   sums.mean += 500.0 * (to.mean + from.mean);

@@ -10,10 +10,10 @@
 
 namespace polyhull::test {
 
-Surface load_surface(const std::string& path) {
+TriangleSurface load_surface(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw Error(Error::Kind::not_found, "{}: cannot open the body.", path);
-  Surface surface;
+  TriangleSurface surface;
   for (std::string line; std::getline(file, line);) {
     std::istringstream words(line);
     std::string kind;
@@ -33,7 +33,7 @@ Surface load_surface(const std::string& path) {
   return surface;
 }
 
-Picture mask_of(const Surface& surface, const Camera& camera, int samples) {
+Picture mask_of(const TriangleSurface& surface, const Camera& camera, int samples) {
   const int width = camera.width * samples, height = camera.height * samples;
   std::vector<std::uint8_t> fine(static_cast<std::size_t>(width) * height, 0);
   std::vector<Vec2> pixels;

@@ -12,11 +12,11 @@
 namespace polyhull::test {
 
 /// Reads an OBJ file's faces, polygons fanned. Throws Error when it cannot be read.
-Surface load_surface(const std::string& path);
+TriangleSurface load_surface(const std::string& path);
 
 /// What \p camera sees of \p surface: 0..255 by coverage, each pixel sampled \p samples x \p
 /// samples times.
-Picture mask_of(const Surface& surface, const Camera& camera, int samples);
+Picture mask_of(const TriangleSurface& surface, const Camera& camera, int samples);
 
 /// Pixels of both over pixels of either, at half coverage.
 double intersection_over_union(const Picture& a, const Picture& b);

@@ -23,19 +23,19 @@ fi
 
 "$unpacked/picture_benchmark" --device || exit 1
 failed=0
-for test in "$unpacked"/tests/*; do
-  name=$(basename "$test")
+while read -r program cases; do
+  name=${cases:-$program}
   began=$SECONDS
-  timeout 200 "$test" >"$output/$name.log" 2>&1
+  timeout 200 "$unpacked/tests/$program" $cases >"$output/$name.log" 2>&1 </dev/null
   status=$?
   echo "$name: status $status, $((SECONDS - began)) s, $(grep -c '\[       OK' "$output/$name.log") passed, $(grep -cE '^\[  FAILED  \] .*\(' "$output/$name.log") failed, $(grep -cE '^\[  SKIPPED \] .*\(' "$output/$name.log") skipped"
   [ "$status" -eq 0 ] || { failed=$((failed + 1)); grep -E '^\[  FAILED|Failure|error:' -A 6 "$output/$name.log" | head -n 40; }
-done
+done <"$unpacked/tests.txt"
 for size in 1280x720 1920x1080 3840x2160; do
   echo "$size"
   "$unpacked/picture_benchmark" --size $size --rounds 10 --output "$output" "$unpacked"/meshes/*.bin | tee "$output/picture-$size.txt" ||
     failed=$((failed + 1))
   mv "$output/picture.csv" "$output/picture-$size.csv"
 done
-echo "$failed programs failed"
+echo "$failed failed"
 [ "$failed" -eq 0 ]

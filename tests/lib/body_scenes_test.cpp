@@ -14,8 +14,8 @@ namespace polyhull::test {
 namespace {
 
 /// A square of \p size at \p height, in 2 n^2 triangles.
-Surface square(double size, double height, int n) {
-  Surface surface;
+TriangleSurface square(double size, double height, int n) {
+  TriangleSurface surface;
   for (int j = 0; j <= n; ++j) {
     for (int i = 0; i <= n; ++i) surface.vertices.emplace_back(i * size / n, height, j * size / n);
   }
@@ -30,7 +30,7 @@ Surface square(double size, double height, int n) {
   return surface;
 }
 
-Hull hull_from(const Surface& surface) {
+Hull hull_from(const TriangleSurface& surface) {
   Hull hull;
   hull.vertices.assign(surface.vertices.begin(), surface.vertices.end());
   for (const auto& t : surface.triangles) {
@@ -62,7 +62,7 @@ TEST(SurfaceDistance, BeyondTheBorder) {
 
 TEST(SurfaceDistance, SamplesByArea) {
   // One large triangle and one small one far away: 5 % of the area is not reached by p95.
-  Surface from = square(1.0, 0.0, 1);
+  TriangleSurface from = square(1.0, 0.0, 1);
   from.vertices.insert(from.vertices.end(), {{5.0, 0.0, 0.0}, {5.0, 0.0, 0.2}, {5.4, 0.0, 0.0}});
   from.triangles.push_back({4, 5, 6});  // area 0.04 of 1.04
   const SurfaceDistance d = distance_between(from, square(1.0, 0.0, 1), 10000);
@@ -136,7 +136,7 @@ TEST(BodyScenes, NoiseMovesTheHull) {
   const BodyScene scene = body_scene(body_rig("4"), figure(7.0), false);
   EXPECT_TRUE(scene.seen.empty());
   HullStage stage;
-  const Surface hull = surface_of(hull_of(scene, stage, 1));
+  const TriangleSurface hull = surface_of(hull_of(scene, stage, 1));
   EXPECT_EQ(with_noise(scene, 0.0, 1).contours, scene.contours);
   EXPECT_EQ(with_noise(scene, 0.5, 1).contours, with_noise(scene, 0.5, 1).contours);
   EXPECT_NE(with_noise(scene, 0.5, 1).contours, with_noise(scene, 0.5, 2).contours);
@@ -153,7 +153,7 @@ TEST(BodyScenes, NoiseMovesTheHull) {
 /// A square of one metre across the stage's axis, its middle where the camera looks, facing it.
 struct FacingSquare {
   Camera camera = body_rig("4").cameras[0];
-  Surface surface;
+  TriangleSurface surface;
 
   FacingSquare() {
     const Mat3 turn = glm::transpose(camera.R);

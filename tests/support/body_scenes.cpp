@@ -47,9 +47,9 @@ double azimuth(const Camera& camera) {
   return std::atan2(centre.z, centre.x) * 180.0 / std::numbers::pi;
 }
 
-Surface truth_of(const Rig& rig, const Body& body) {
+TriangleSurface truth_of(const Rig& rig, const Body& body) {
   const TruthMesh mesh = truth_mesh(*body.subject, rig, body.seconds);
-  Surface surface;
+  TriangleSurface surface;
   surface.vertices.assign(mesh.positions.begin(), mesh.positions.end());
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
     surface.triangles.push_back({mesh.triangles[t], mesh.triangles[t + 1], mesh.triangles[t + 2]});
@@ -101,7 +101,7 @@ Picture silhouette_of(const Camera& camera, const Rings& contours, const Bounds&
 }
 
 /// The shares missing and outside, by what each pixel is covered.
-void silhouettes(const Surface& surface, const BodyScene& scene, BodyError& error) {
+void silhouettes(const TriangleSurface& surface, const BodyScene& scene, BodyError& error) {
   double missing = 0.0, outside = 0.0, area = 0.0;
   for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
     const Picture coverage = coverage_of(surface, scene.cameras[k]);
@@ -294,7 +294,7 @@ const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads) {
 }
 
 BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr) {
-  const Surface surface = surface_of(hull);
+  const TriangleSurface surface = surface_of(hull);
   BodyError error;
   error.unsound = check_mesh(hull).manifold() ? 0.0 : 1.0;
   error.volume = volume_of(surface) / volume_of(scene.truth);
@@ -316,18 +316,18 @@ BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr) {
   return error;
 }
 
-double distance_mm(const Surface& a, const Surface& b) {
+double distance_mm(const TriangleSurface& a, const TriangleSurface& b) {
   return 500.0 * (distance_between(a, b, samples).mean + distance_between(b, a, samples).mean);
 }
 
-Picture coverage_of(const Surface& surface, const Camera& camera) {
+Picture coverage_of(const TriangleSurface& surface, const Camera& camera) {
   const std::vector<Vec3f> positions(surface.vertices.begin(), surface.vertices.end());
   std::vector<std::uint32_t> triangles;
   for (const auto& t : surface.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
   return polyhull::coverage_of(positions, triangles, camera);
 }
 
-Picture plaster(const Surface& surface, const Camera& camera) {
+Picture plaster(const TriangleSurface& surface, const Camera& camera) {
   const std::vector<Vec3f> positions(surface.vertices.begin(), surface.vertices.end());
   std::vector<std::uint32_t> triangles;
   for (const auto& t : surface.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
@@ -386,7 +386,7 @@ Picture textured(const Hull& hull, const BodyScene& scene, const Camera& camera)
 std::vector<double> psnr_from(const Hull& hull, const BodyScene& scene,
                               const TextureSettings& settings, const std::vector<Camera>& cameras,
                               const std::vector<Picture>& seen) {
-  const Surface surface = surface_of(hull);
+  const TriangleSurface surface = surface_of(hull);
   const Mesh mesh = textured_mesh(hull, scene, settings);
   Painter painter(mesh);
   std::vector<double> out;

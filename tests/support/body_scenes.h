@@ -44,7 +44,7 @@ Rig body_rig(const std::string& name);
 /// each pixel that the body covers.
 struct BodyScene {
   std::string name;  ///< the body's
-  Surface truth;
+  TriangleSurface truth;
   std::vector<Camera> cameras;
   std::vector<Rings> contours;       ///< per camera: within half a pixel of the picture's alpha
   std::vector<Picture> silhouettes;  ///< per camera: what the contours hold, one channel
@@ -84,13 +84,13 @@ struct BodyError {
 BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr);
 
 /// How far it is from one surface to the other: mm, the mean of both directions' mean distances.
-double distance_mm(const Surface& a, const Surface& b);
+double distance_mm(const TriangleSurface& a, const TriangleSurface& b);
 
 /// What \p camera sees of the surface: 0..255 by coverage, one channel.
-Picture coverage_of(const Surface& surface, const Camera& camera);
+Picture coverage_of(const TriangleSurface& surface, const Camera& camera);
 
 /// The surface as plaster under a lamp beside the camera, RGB on the scenes' grey.
-Picture plaster(const Surface& surface, const Camera& camera);
+Picture plaster(const TriangleSurface& surface, const Camera& camera);
 
 /// The hull with the scene's pictures, which it borrows, as views; not textured yet.
 Mesh mesh_of(const Hull& hull, const BodyScene& scene);

@@ -7,7 +7,7 @@
 
 namespace polyhull::test {
 
-using polyhull::distance_between, polyhull::Surface, polyhull::surface_of,
+using polyhull::distance_between, polyhull::TriangleSurface, polyhull::surface_of,
     polyhull::SurfaceDistance, polyhull::volume_of;
 
 }  // namespace polyhull::test

@@ -68,8 +68,8 @@ INSTANTIATE_TEST_SUITE_P(
 void expect_steady(const char* rig, double most) {
   HullStage stage;
   const BodyScene one = with_noise(seen_by(rig), 0.5, 3), other = with_noise(seen_by(rig), 0.5, 4);
-  const Surface from = surface_of(hull_of(one, stage, 0)),
-                to = surface_of(hull_of(other, stage, 0));
+  const TriangleSurface from = surface_of(hull_of(one, stage, 0)),
+                        to = surface_of(hull_of(other, stage, 0));
   const double moved = distance_mm(surface_of(refined(one, RefineQuality::good)),
                                    surface_of(refined(other, RefineQuality::good)));
   const double ratio = moved / distance_mm(from, to);
