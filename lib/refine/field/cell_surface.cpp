@@ -39,14 +39,14 @@ Vec3f gradient(const Grid& grid, const float* f, int x, int y, int z) {
 
 }  // namespace
 
-void Signs::find(const Level& fine, int threads) {
+void Signs::find(const Level& fine, float above, int threads) {
   const Grid& grid = fine.grid;
   words = (grid.row() + 63) / 64;
   bits.assign(fine.rows.size() * words, 0);
   parallel_each(fine.rows.size(), 256, threads, [&](std::size_t r) {
     const Extent extent = fine.rows[r];
     const int begin = extent.begin / 64 * 64, end = (extent.end + 7) / 8 * 8;
-    Loops::best().signs(fine.values.data() + r * grid.row() + begin, 0.0f, end - begin,
+    Loops::best().signs(fine.values.data() + r * grid.row() + begin, above, end - begin,
                         bits.data() + r * words + begin / 64);
   });
 }
@@ -143,7 +143,7 @@ void CellMarcher::march(const Level& fine, CellSurface& out, int threads) {
                    for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) body(z);
                  });
   };
-  signs_.find(fine, threads);
+  signs_.find(fine, 0.0f, threads);
   each_slab([&](int z) { find_vertices(fine, z); });
   auto next = static_cast<std::uint32_t>(out.points.size());
   for (int z = 0; z < grid.nz; ++z) {

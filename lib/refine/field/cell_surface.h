@@ -44,8 +44,8 @@ struct Signs {
   std::size_t words = 0;  ///< of a row
   std::vector<std::uint64_t> bits;
 
-  /// Of \p fine, whose rows are whole eights (grid_over()).
-  void find(const Level& fine, int threads);
+  /// Of \p fine, whose rows are whole eights (grid_over()); inside is f > \p above.
+  void find(const Level& fine, float above, int threads);
   /// Row (y, z); beyond the grid its last one.
   const std::uint64_t* row(const Grid& grid, int y, int z) const {
     const int at = std::min(z, grid.nz - 1) * grid.ny + std::min(y, grid.ny - 1);

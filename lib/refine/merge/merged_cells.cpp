@@ -133,7 +133,7 @@ void CellMerger::fill(const Grid& grid, Brick& brick) const {
 /// The bricks with surface, in the order of the grid.
 void CellMerger::find_bricks(const Level& fine, int threads) {
   const Grid& grid = fine.grid;
-  signs_.find(fine, threads);
+  signs_.find(fine, 0.0f, threads);
   nx_ = (grid.nx + cells - 1) / cells, ny_ = (grid.ny + cells - 1) / cells;
   nz_ = (grid.nz + cells - 1) / cells;
   grid_.assign(static_cast<std::size_t>(nx_) * ny_ * nz_, -1);

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "refine/field/cell_surface.h"
 #include "refine/field/fine_field.h"
 
 namespace polyhull::refine {
@@ -211,18 +212,26 @@ void put_back(Regrowth& regrowth, std::vector<Taken>& taken, float sign) {
   for (const Taken& one : taken) regrowth.put_back(one.node);
 }
 
-/// Whether \p node, two nodes or more from the grid's border, is between two walls: whether along an axis
-/// or a diagonal there are nodes inside one or two steps to either side.
-bool is_between_walls(const Level& level, std::size_t node) {
-  const auto row = static_cast<std::ptrdiff_t>(level.grid.row());
-  const auto slab = static_cast<std::ptrdiff_t>(level.grid.slab());
-  const float* f = level.values.data() + node;
+/// Of nodes that are inside, those \p by further along x than the nodes of a word of \p row.
+std::uint64_t shifted(const std::uint64_t* row, std::size_t word, std::size_t words, int by) {
+  if (by == 0) return row[word];
+  if (by > 0) return row[word] >> by | (word + 1 < words ? row[word + 1] << (64 - by) : 0);
+  return row[word] << -by | (word > 0 ? row[word - 1] >> (64 + by) : 0);
+}
+
+/// Which nodes of a word of row (y, z), two rows or more from the grid's border, are between two walls:
+/// along an axis or a diagonal there are nodes \p inside one or two steps to either side.
+std::uint64_t between_walls(const Signs& inside, const Grid& grid, int y, int z, std::size_t word) {
+  const auto wall = [&](int dx, int dy, int dz) {
+    return shifted(inside.row(grid, y + dy, z + dz), word, inside.words, dx) |
+           shifted(inside.row(grid, y + 2 * dy, z + 2 * dz), word, inside.words, 2 * dx);
+  };
+  std::uint64_t between = 0;
   for (int bit = own + 1; bit < 27; ++bit) {
-    const std::ptrdiff_t step = (bit / 9 - 1) * slab + (bit / 3 % 3 - 1) * row + bit % 3 - 1;
-    if ((f[step] > 0.0f || f[2 * step] > 0.0f) && (f[-step] > 0.0f || f[-2 * step] > 0.0f))
-      return true;
+    const int dx = bit % 3 - 1, dy = bit / 3 % 3 - 1, dz = bit / 9 - 1;
+    between |= wall(dx, dy, dz) & wall(-dx, -dy, -dz);
   }
-  return false;
+  return between;
 }
 
 /// H at \p node, where f is \p value, or where Level::hull does not say it what it is at least.
@@ -234,15 +243,23 @@ float hull_at(const Level& level, std::size_t node, float value) {
 /// outside the hull: as deep inside as they were outside, where the hull allows.
 std::vector<Taken> fill_all(Level& level, float depth, float beyond) {
   std::vector<Taken> taken;
-  for (std::size_t r = 0; r < level.rows.size(); ++r)
-    for (int x = level.rows[r].begin; x < level.rows[r].end; ++x) {
-      const std::size_t node = r * level.grid.row() + static_cast<std::size_t>(x);
-      const float value = level.values[node];
-      if (value <= 0.0f && value > -depth &&
-          hull_at(level, node, value) >= std::min(between_nodes - beyond, 0.0f) &&
-          is_between_walls(level, node))
-        taken.push_back({node, value});
-    }
+  const Grid& grid = level.grid;
+  Signs inside, near;
+  inside.find(level, 0.0f, 1);
+  near.find(level, -depth, 1);
+  const auto take = [&](std::size_t node) {
+    const float value = level.values[node];
+    if (hull_at(level, node, value) >= std::min(between_nodes - beyond, 0.0f))
+      taken.push_back({node, value});
+  };
+  for (int z = 2; z + 2 < grid.nz; ++z)
+    for (int y = 2; y + 2 < grid.ny; ++y)
+      for (std::size_t w = 0; w < inside.words; ++w) {
+        std::uint64_t bits = near.row(grid, y, z)[w] & ~inside.row(grid, y, z)[w];
+        if (bits != 0) bits &= between_walls(inside, grid, y, z, w);
+        for (; bits != 0; bits &= bits - 1)
+          take(grid.node(static_cast<int>(64 * w) + std::countr_zero(bits), y, z));
+      }
   for (const Taken& one : taken)
     level.values[one.node] =
         std::max(std::min(-one.value, hull_at(level, one.node, one.value)), least_fill);
