@@ -207,12 +207,15 @@ void spread_gaps(const Grid& coarse, const ContactRays& rays, std::uint32_t part
     const float a = at.x - static_cast<float>(x), b = at.y - static_cast<float>(y),
                 c = at.z - static_cast<float>(z);
     const float gap = pull.target - ray.value;
-    for (int k = 0; k < 8; ++k) {
-      const float w = ((k & 1) ? a : 1 - a) * ((k & 2) ? b : 1 - b) * ((k & 4) ? c : 1 - c);
-      const std::size_t node = coarse.node(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2));
-      memory.gaps[node] += w * gap;
-      memory.weights[node] += w;
-      memory.held[node / coarse.row()].include({x, x + 2});
+    for (int k = 0; k < 4; ++k) {
+      const std::size_t node = coarse.node(x, y + (k & 1), z + (k >> 1));
+      memory.held[static_cast<std::size_t>(z + (k >> 1)) * coarse.ny + y + (k & 1)].include(
+          {x, x + 2});
+      for (int i = 0; i < 2; ++i) {
+        const float w = (i ? a : 1 - a) * ((k & 1) ? b : 1 - b) * ((k & 2) ? c : 1 - c);
+        memory.gaps[node + i] += w * gap;
+        memory.weights[node + i] += w;
+      }
     }
   }
 }
