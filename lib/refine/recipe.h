@@ -26,8 +26,9 @@ inline constexpr RimFit fewer_fits[] = {{.radius = 1.4f, .target = -0.02f, .stri
 /// half pixel of an outline, the normal hardly. The flow has thinned what is not held; the ties keep
 /// it so where nothing else decides.
 inline constexpr PlateSettings coarse_plate{
-    .steps = 20, .value = 4.0f, .normal = 0.5f, .tie = 0.1f},
-    middle_plate{.steps = 24, .value = 4.0f, .normal = 0.5f, .tie = 0.08f};
+    .steps = 20, .value = 4.0f, .normal = 0.5f, .tie = 0.1f, .band = 5.0f, .stride = 4},
+    middle_plate{
+        .steps = 24, .value = 4.0f, .normal = 0.5f, .tie = 0.08f, .band = 2.0f, .stride = 2};
 
 /// What a quality does.
 struct Recipe {
@@ -38,7 +39,7 @@ struct Recipe {
   int plates = 2;
   PlateSettings coarse = coarse_plate, middle = middle_plate;
   int pulls = 2;           ///< to the rims, before the fine grid
-  std::size_t stride = 2;  ///< of the rays, until the fine grid
+  std::size_t stride = 2;  ///< of the rays, in flows and pulls
   std::span<const RimFit> fits = all_fits;
   Flatness flatness{.anywhere = 0.2f, .at_rims = 0.07f};  ///< of the triangles
 };
@@ -58,6 +59,11 @@ inline Recipe recipe_of(const RefineSettings& settings) {
     recipe.flatness = {.anywhere = 0.25f, .at_rims = 0.09f};
   }
   if (settings.quality == RefineQuality::fine) recipe.cell = 0.016;
+  // Fewer steps, or more cells from rim to rim, want more to go by.
+  if (settings.quality != RefineQuality::good) {
+    recipe.coarse.stride = 2;
+    recipe.middle.band = 2.5f;
+  }
   if (settings.cell > 0.0) recipe.cell = settings.cell;
   return recipe;
 }

@@ -94,7 +94,7 @@ struct HullRefiner::State {
   void draw_fine_map(std::size_t k);
   void set_up_levels(const std::vector<Box>& boxes);
   void flow(std::vector<Level>& levels, int count, float sigma, float rim_step);
-  void plate(std::vector<Level>& levels, int count, PlateSettings settings, float rim_step);
+  void plate(std::vector<Level>& levels, int count, const PlateSettings& settings, float rim_step);
   void start_middle();
   void fit();
   void carve(std::span<const CameraContours> views, std::span<const ViewPixels> pictures);
@@ -204,16 +204,13 @@ void HullRefiner::State::flow(std::vector<Level>& levels, int count, float sigma
   }
 }
 
-void HullRefiner::State::plate(std::vector<Level>& levels, int count, PlateSettings settings,
+void HullRefiner::State::plate(std::vector<Level>& levels, int count, const PlateSettings& settings,
                                float rim_step) {
-  settings.stride = recipe.stride;
   for (int i = 0; i < count; ++i) {
     find_rims(rays, levels, rim_step, i == 0 ? RimSearch::everywhere : RimSearch::near,
-              recipe.stride, threads);
-    for (std::size_t p = 0; p < levels.size(); ++p) {
-      settings.band = 2.5f * levels[p].grid.cell;
+              settings.stride, threads);
+    for (std::size_t p = 0; p < levels.size(); ++p)
       solver.solve(levels[p], rays, static_cast<std::uint32_t>(p), settings, threads);
-    }
   }
 }
 
@@ -245,7 +242,7 @@ void HullRefiner::State::start_middle() {
 
 void HullRefiner::State::fit() {
   for (std::size_t p = 0; p < middle.size(); ++p) make_fine(middle[p], distance, fine[p], threads);
-  find_rims(rays, middle, 0.5f, RimSearch::everywhere, 1, threads);
+  find_rims(rays, middle, 1.0f, RimSearch::everywhere, 1, threads);
   for (const RimFit& fit : recipe.fits) {
     find_rims(rays, fine, 0.15f, RimSearch::near, fit.stride, threads);
     for (std::size_t p = 0; p < fine.size(); ++p) {
