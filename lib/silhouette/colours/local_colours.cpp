@@ -207,17 +207,33 @@ std::size_t LocalColours::solids_across() const {
   return static_cast<std::size_t>(across_ << shift_ >> solid_shift);
 }
 
+void LocalColours::find_solids() {
+  solid_colours_.clear();
+  solids_from_.clear();
+  const int tile_solids = size() >> solid_shift;
+  const Solid* solid = solids_.data();
+  for (const int y : rows_)
+    for (int column = 0; column < across_; ++column, solid += tile_solids) {
+      solids_from_.push_back(solid_colours_.size());
+      if (shown_[index(column, y >> shift_)] == 0) continue;  // screen alone
+      for (int k = 0; k < tile_solids; ++k)
+        if (solid[k].count > 1)
+          solid_colours_.push_back(solid[k].sum / static_cast<float>(solid[k].count));
+    }
+  solids_from_.push_back(solid_colours_.size());
+}
+
 void LocalColours::solid_colours(int column, int row, std::vector<Vec3f>& out) const {
-  const auto across = static_cast<int>(solids_across());
-  const int begin = std::max(column - 1, 0) * size() >> solid_shift;
-  const int end = std::min((column + 2) * size() >> solid_shift, across);
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (std::abs((rows_[i] >> shift_) - row) > 1) continue;
-    for (int k = begin; k < end; ++k)
-      if (const Solid& solid = solids_[i * solids_across() + static_cast<std::size_t>(k)];
-          solid.count > 1)
-        out.push_back(solid.sum / static_cast<float>(solid.count));
-  }
+  const int begin = std::max(column - 1, 0), end = std::min(column + 2, across_);
+  const auto at = [&](std::size_t i, int tile) {
+    return solid_colours_.begin() +
+           static_cast<std::ptrdiff_t>(solids_from_[i * static_cast<std::size_t>(across_) +
+                                                    static_cast<std::size_t>(tile)]);
+  };
+  const auto first = std::lower_bound(rows_.begin(), rows_.end(), (row - 1) * size());
+  for (auto i = static_cast<std::size_t>(first - rows_.begin());
+       i < rows_.size() && rows_[i] < (row + 2) * size(); ++i)
+    out.insert(out.end(), at(i, begin), at(i, end));
 }
 
 template <class Counts, class Mark>
@@ -235,6 +251,7 @@ void LocalColours::finish_frame(const Colours& colours) {
   solids_.assign(rows_.size() * solids_across(), {});
   shown_.assign(tiles_.size(), 0);
   for (std::size_t row = 0; row < rows_.size(); ++row) sum_row(row, colours);
+  find_solids();
   beside_subject_.assign(tiles_.size(), 0);
   mark_beside([&](std::size_t i) { return subjects_[i].weight > 0.0f; },
               [&](std::size_t i) { beside_subject_[i] = 1; });

@@ -115,6 +115,7 @@ class LocalColours {
   void sum_row(std::size_t row, const Colours& colours);
   // \p rgb: of columns [from, to).
   void sum_solids(std::size_t row, int from, int to, const std::uint8_t* rgb);
+  void find_solids();
   void sum_screen(std::size_t row, int from, int to, const std::uint8_t* rgb);
   void sum_subject(std::size_t row, int from, int to, const std::uint8_t* rgb);
   double spread(const std::vector<Sum>& sums, double quantile) const;
@@ -154,6 +155,9 @@ class LocalColours {
     int count = 0;
   };
   std::vector<Solid> solids_;  // row by row
+  // The colours of those that count, row by row, and where each tile of each row begins.
+  std::vector<Vec3f> solid_colours_;
+  std::vector<std::size_t> solids_from_;
   std::size_t solids_across() const;
 };
 

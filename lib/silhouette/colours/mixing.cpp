@@ -8,8 +8,6 @@
 namespace polyhull::silhouette {
 namespace {
 
-constexpr int pieces = 8;  // straight ones of the curve
-
 float squared_distance(const Vec3f& p, const Vec3f& a, const Vec3f& b) {
   const Vec3f along = b - a;
   const float length = glm::dot(along, along);
@@ -28,16 +26,22 @@ Vec3f mixed_in_light(const Vec3f& screen, const Vec3f& subject, float alpha) {
 
 void Mixing::add(const Vec3f& screen, const Vec3f& subject, const Vec3f& pixel, double noise) {
   const auto away = static_cast<float>(2.0 + noise), most = 100.0f + 16.0f * away * away;
-  const Vec3f middle = mixed_in_light(screen, subject, 0.5f);
-  if (squared_distance(middle, screen, subject) < away * away) return;
+  auto& [from, to, complete, points] = curve_;
+  if (from != screen || to != subject) {
+    from = screen, to = subject, complete = false;
+    points[pieces / 2] = mixed_in_light(screen, subject, 0.5f);
+  }
+  if (squared_distance(points[pieces / 2], screen, subject) < away * away) return;
+  if (!complete) {
+    for (int i = 1; i <= pieces; ++i)
+      points[i] = mixed_in_light(screen, subject, static_cast<float>(i) / pieces);
+    points[0] = screen;
+    complete = true;
+  }
   const float numbers = squared_distance(pixel, screen, subject);
   float light = 1e9f;
-  Vec3f from = screen;
-  for (int i = 1; i <= pieces; ++i) {
-    const Vec3f to = mixed_in_light(screen, subject, static_cast<float>(i) / pieces);
-    light = std::min(light, squared_distance(pixel, from, to));
-    from = to;
-  }
+  for (int i = 0; i < pieces; ++i)
+    light = std::min(light, squared_distance(pixel, points[i], points[i + 1]));
   // Another colour of the subject is far from both.
   if (std::min(numbers, light) > most) return;
   ++frame_.count;

@@ -9,6 +9,8 @@
 /// clearly away from the line.
 #pragma once
 
+#include <array>
+
 #include "base/vector.h"
 
 namespace polyhull::silhouette {
@@ -28,6 +30,7 @@ class Mixing {
   bool in_light() const { return most_.light < clearly * most_.numbers; }
 
  private:
+  static constexpr int pieces = 8;                 // straight ones of the curve
   static constexpr int least = 10, enough = 4000;  // pixels
   static constexpr double clearly =
       0.55;  // hair that mixes numbers has 0.59, hair that mixes light 0.50
@@ -36,6 +39,13 @@ class Mixing {
     double light = 0.0, numbers = 0.0;  // squared
   };
   Distances frame_, most_;
+  // What runs from the last screen to the last subject, which many pixels have: found once for them.
+  struct Curve {
+    Vec3f screen{-1.0f}, subject{-1.0f};
+    bool complete = false;
+    std::array<Vec3f, pieces + 1> points{};
+  };
+  Curve curve_;
 };
 
 }  // namespace polyhull::silhouette

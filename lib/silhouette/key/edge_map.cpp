@@ -24,8 +24,10 @@ void EdgeMap::begin(int width, int height) {
   static_assert(matte_block == 16, "whole cells in a block");
   across_ = ((width - 1) >> shift_) + 1, down_ = ((height - 1) >> shift_) + 1;
   sum_.assign(static_cast<std::size_t>(blocks_across(width) * (matte_block >> shift_)), 0);
+  touched_ = {across_, 0};
   open_.resize(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_));
   smooth_.resize(open_.size());
+  not_open_.resize(static_cast<std::size_t>(down_));
   solid_.resize(static_cast<std::size_t>(down_));
 }
 
@@ -39,6 +41,8 @@ void EdgeMap::add_row(int y, const std::uint8_t* alpha, const BlockState* states
     }
     if (states[block] == block_empty) continue;
     const int first = block * matte_block, columns = std::min(matte_block, width_ - first);
+    touched_.begin = std::min(touched_.begin, first >> shift_);
+    touched_.end = std::max(touched_.end, ((first + columns - 1) >> shift_) + 1);
     if (states[block] == block_full && columns == matte_block) {
       for (int cell = first >> shift_; cell < (first + columns) >> shift_; ++cell)
         sum_[static_cast<std::size_t>(cell)] += static_cast<std::uint32_t>(solid_from) << shift_;
@@ -65,10 +69,20 @@ void EdgeMap::finish_cells(int row, int rows) {
                             solid);
   };
   std::int16_t* open = row_of(open_, row);
-  int left = open_at(-1), here = left, right = open_at(1);
-  for (int i = 0; i < across_; left = here, here = right, right = open_at(++i + 1))
+  const bool any = touched_.begin < touched_.end;
+  const Stretch some = not_open_[static_cast<std::size_t>(row)] =
+      any ? Stretch{std::max(touched_.begin - 1, 0), std::min(touched_.end + 1, across_)}
+          : Stretch{across_, 0};
+  std::fill(open, open + some.begin, all);
+  int left = any ? open_at(some.begin - 1) : 0, here = any ? open_at(some.begin) : 0;
+  for (int i = some.begin; i < some.end; ++i) {
+    const int right = open_at(i + 1);
     open[i] = static_cast<std::int16_t>((left + 2 * here + right) / 4);
-  std::fill(sum_.begin(), sum_.end(), 0);
+    left = here, here = right;
+  }
+  std::fill(open + some.end, open + across_, all);
+  if (any) std::fill(sum_.begin() + touched_.begin, sum_.begin() + touched_.end, 0);
+  touched_ = {across_, 0};
   // With it the row above has both its neighbours; the last one has none below.
   if (row > 0) smooth_down(row - 1);
   if (row == down_ - 1) smooth_down(row);
@@ -78,9 +92,15 @@ void EdgeMap::smooth_down(int row) {
   const std::int16_t *above = row_of(open_, row - 1), *here = row_of(open_, row),
                      *below = row_of(open_, row + 1);
   std::int16_t* smooth = row_of(smooth_, row);
-  for (int i = 0; i < across_; ++i)
+  Stretch& solid = solid_[static_cast<std::size_t>(row)] = {across_, 0};
+  for (int k = std::max(row - 1, 0); k <= std::min(row + 1, down_ - 1); ++k) {
+    const Stretch& some = not_open_[static_cast<std::size_t>(k)];
+    solid = {std::min(solid.begin, some.begin), std::max(solid.end, some.end)};
+  }
+  std::fill(smooth, smooth + solid.begin, all);
+  for (int i = solid.begin; i < solid.end; ++i)
     smooth[i] = static_cast<std::int16_t>((above[i] + 2 * here[i] + below[i]) / 4);
-  Stretch& solid = solid_[static_cast<std::size_t>(row)] = {0, across_};
+  std::fill(smooth + solid.end, smooth + across_, all);
   while (solid.begin < solid.end && smooth[solid.begin] == all) ++solid.begin;
   while (solid.end > 0 && smooth[solid.end - 1] == all) --solid.end;
 }

@@ -50,6 +50,8 @@ class EdgeMap {
   std::vector<std::uint32_t> sum_;    // solidity of the cells in the making
   std::vector<std::int16_t> open_;    // what is not solid of each cell, smoothed across, of `all`
   std::vector<std::int16_t> smooth_;  // the same, smoothed down as well
+  Stretch touched_;                   // of sum_
+  std::vector<Stretch> not_open_;     // of each row of open_
   std::vector<Stretch> solid_;        // of each row of smooth_
 };
 

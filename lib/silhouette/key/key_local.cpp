@@ -195,6 +195,10 @@ void Keyer::State::follow_colours(const FrameView& frame) {
       else
         spans.push_back({begin, end, key});
     }
+    for (std::size_t beyond = spans.size(), i = beyond; i-- > first_spans.back();) {
+      if (i + 1 < spans.size() && !(spans[i].key.chroma == spans[i + 1].key.chroma)) beyond = i + 1;
+      spans[i].beyond = beyond;
+    }
   }
   first_spans.push_back(spans.size());
   if (!straightens()) return;

@@ -34,6 +34,10 @@ std::uint32_t bits_of(const std::uint8_t* flags) {
   return bits;
 }
 
+struct MixedBlocks {
+  std::vector<std::uint16_t> list;
+};
+
 // The pixels of one side that are to change, by how far from its ends they lie.
 struct Change {
   std::uint32_t weaker[growing];  // [i]: at least exact + 1 + i pixels from an edge
@@ -74,8 +78,12 @@ Quiet quiet_for(std::uint8_t low, std::uint8_t high) {
 void quieten_row(const Quiet& quiet, int begin, int end, std::uint8_t* alpha, BlockState* states) {
   if (!quiet.active) return;
   const std::uint8_t dark = quiet.dark, bright = quiet.bright;
-  for (int x = begin; x < end; x += matte_block) {
-    if (states[x / matte_block] != block_mixed) continue;
+  auto& list = kept_by_thread<MixedBlocks>().list;
+  const int first = begin / matte_block, blocks = blocks_across(end) - first;
+  list.resize(static_cast<std::size_t>(blocks) + 1);
+  const int mixed = kernels().mixed_blocks(states + first, blocks, list.data());
+  for (int k = 0; k < mixed; ++k) {
+    const int x = begin + list[static_cast<std::size_t>(k)] * matte_block;
     // Beside the row its ends go on.
     std::uint8_t pixels[window];
     if (x - margin >= begin && x + matte_block + margin <= end)
@@ -97,8 +105,8 @@ void quieten_row(const Quiet& quiet, int begin, int end, std::uint8_t* alpha, Bl
     for (; any != 0; any &= any - 1) {
       const int i = std::countr_zero(any);
       int weight = 0;
-      for (int k = 0; k < growing; ++k)
-        weight += static_cast<int>((to_dark.weaker[k] | to_bright.weaker[k]) >> i & 1u);
+      for (int l = 0; l < growing; ++l)
+        weight += static_cast<int>((to_dark.weaker[l] | to_bright.weaker[l]) >> i & 1u);
       const int v = pixels[i];
       if (x - margin + i < end)
         alpha[x - margin + i] =

@@ -13,7 +13,7 @@ using silhouette::kernels;
 // Working memory of one thread, kept between rows.
 struct Keyer::State::RowMemory {
   std::vector<std::uint8_t> pixels;
-  // Of the row under way, for all of its spans: begin_chroma().
+  // Of the row of pixels or of chroma under way, for all of its spans: begin_chroma().
   silhouette::ChromaRows rows;
   const std::uint8_t *near_row = nullptr, *far_row = nullptr;  // interleaved pairs
   // Each row of chroma serves up to four of luma; its neighbour lies in the other slot.
@@ -22,6 +22,15 @@ struct Keyer::State::RowMemory {
     std::uint64_t frame = 0;
     int row = -1;
   } gathered[2];
+  // What screen_of_chroma() found of the last rows of chroma, for the tiles of one row of them; likewise.
+  struct Screen {
+    std::vector<BlockState> states;
+    std::uint64_t frame = 0;
+    int row = -1;
+    std::size_t tiles = 0;
+  } screens[2];
+  std::vector<BlockState> screen;  // of both rows of chroma of a row of pixels
+  std::vector<std::uint16_t> others;
   std::vector<std::int16_t> half, signal;
   // Of chroma_row() for columns from `begin` on.
   const std::int16_t* begun = nullptr;
@@ -37,6 +46,9 @@ struct Keyer::State::RowMemory {
     if (signal.size() >= length + 64) return;
     pixels.resize(4 * length);
     for (Gathered& slot : gathered) slot.pairs.resize(length + 64), slot.row = -1;
+    for (Screen& slot : screens) slot.states.resize(length / matte_block), slot.row = -1;
+    screen.resize(length / matte_block);
+    others.resize(length / matte_block + 1);
     half.resize(length + 64);
     signal.resize(length + 64);
   }
@@ -78,9 +90,10 @@ void prototype_alpha(const std::uint8_t* pixels, const std::int16_t* signal, int
 
 }  // namespace
 
-// The chroma between which luma row y lies: NV12's own memory, or gathered.
-void Keyer::State::begin_chroma(const FrameView& frame, int y, RowMemory& memory) const {
-  const silhouette::ChromaRows& rows = memory.rows = silhouette::chroma_rows(frame, y);
+// Rows of chroma: NV12's own memory, or gathered.
+void Keyer::State::begin_chroma(const FrameView& frame, const silhouette::ChromaRows& rows,
+                                RowMemory& memory) const {
+  memory.rows = rows;
   const auto pairs = [&](int row) -> const std::uint8_t* {
     if (frame.format == FrameFormat::nv12) return frame.row(1, row);
     RowMemory::Gathered& slot = memory.gathered[row & 1];
@@ -133,7 +146,7 @@ const std::int16_t* Keyer::State::signal_row(const FrameView& frame, int y, int 
                                              const RowKey& key) const {
   RowMemory& memory = RowMemory::of_thread(row_length());
   if (path == Path::chroma) {
-    begin_chroma(frame, y, memory);
+    begin_chroma(frame, silhouette::chroma_rows(frame, y), memory);
     const std::int16_t* half = chroma_row(frame, key.chroma, x0, stop, memory);
     double_row(frame.site, half, (stop - x0 + 1) / 2, memory.signal.data());
     return memory.signal.data();
@@ -169,37 +182,102 @@ void Keyer::State::soft_span(const FrameView& frame, int y, const Stretch& stret
   run.ramp_alpha(signal, end - x0, key.ramp, alpha, states);
 }
 
+// Of one row of chroma alone.
+void Keyer::State::screen_of_chroma(const FrameView& frame, int row, const Part& part,
+                                    RowMemory& memory, BlockState* states) const {
+  const auto [y, x0, end] = part;
+  const auto tiles = static_cast<std::size_t>(y / colours.size());
+  begin_chroma(frame, {row, row, 4, 0}, memory);
+  const int last = frame.width / matte_block * matte_block;  // a part of a block is looked at
+  std::fill(states + x0 / matte_block, states + end / matte_block, block_mixed);
+  for (std::size_t i = first_spans[tiles]; i < first_spans[tiles + 1];) {
+    const std::size_t beyond = spans[i].beyond;
+    const int begin = std::max(spans[i].begin, x0);
+    const int stop = std::min({spans[beyond - 1].end, end, last});
+    const std::int16_t* half =
+        begin < stop ? chroma_row(frame, spans[i].key.chroma, begin, stop, memory) : nullptr;
+    for (; i < beyond; ++i) {
+      const int from = std::max(spans[i].begin, x0), to = std::min(spans[i].end, stop);
+      if (from < to)
+        kernels().screen_blocks(half + (from - begin) / 2, (to - from) / matte_block,
+                                spans[i].key.ramp.empty_above, states + from / matte_block);
+    }
+  }
+}
+
+// A signal is the least of two linear forms, so that between two rows of chroma, and between two samples
+// of them, it is no less than the lesser of theirs: where both rows are surely screen, so is all between.
+const BlockState* Keyer::State::screen_blocks(const FrameView& frame, const Part& part,
+                                              RowMemory& memory) const {
+  const auto tiles = static_cast<std::size_t>(part.y / colours.size());
+  const silhouette::ChromaRows rows = silhouette::chroma_rows(frame, part.y);
+  const auto of_row = [&](int row) {
+    RowMemory::Screen& slot = memory.screens[row & 1];
+    if (slot.frame != frame_number || slot.row != row || slot.tiles != tiles) {
+      screen_of_chroma(frame, row, part, memory, slot.states.data());
+      slot.frame = frame_number, slot.row = row, slot.tiles = tiles;
+    }
+    return slot.states.data();
+  };
+  const BlockState* const near_row = of_row(rows.near_row);
+  const BlockState* const far_row = of_row(rows.far_row);
+  BlockState* const __restrict both = memory.screen.data();
+  for (int b = part.x0 / matte_block, last = part.end / matte_block; b < last; ++b)
+    both[b] = near_row[b] | far_row[b];
+  return both;
+}
+
+std::size_t Keyer::State::soft_spans(const FrameView& frame, const Part& part, std::size_t i,
+                                     RowMemory& memory, std::uint8_t* alpha,
+                                     BlockState* states) const {
+  const auto [y, x0, end] = part;
+  for (int until = x0;; ++i) {
+    const Span& span = spans[i];
+    const int from = std::max(span.begin, x0), to = std::min(span.end, end);
+    if (from < to) {
+      if (from >= until && path == Path::chroma) {
+        // Neighbours mostly have the same forms, and differ in their ramps.
+        until = std::min(spans[span.beyond - 1].end, end);
+        memory.begin = from;
+        memory.begun =
+            chroma_row(frame, span.key.chroma, from, std::min(until, frame.width), memory);
+      }
+      soft_span(frame, y, {from, to, span.key}, memory, alpha, states);
+      if (span.key.bend != silhouette::Bend{})
+        kernels().bend_blocks(span.key.bend, (to - from) / matte_block, alpha + from,
+                              states + from / matte_block);
+    }
+    if (span.end >= end) return i;
+  }
+}
+
 void Keyer::State::soft_row(const FrameView& frame, int y, int x0, int end, std::uint8_t* alpha,
                             BlockState* states) const {
   RowMemory& memory = RowMemory::of_thread(row_length());
-  if (path == Path::chroma) begin_chroma(frame, y, memory);
-  const auto begin_signals = [&](const silhouette::ChromaForms& forms, int from, int to) {
-    if (path != Path::chroma) return;
-    memory.begin = from;
-    memory.begun = chroma_row(frame, forms, from, std::min(to, frame.width), memory);
-  };
+  const bool chroma = path == Path::chroma;
+  // Most of a picture is screen, which half the rows of chroma as there are of pixels tell.
+  const bool sparse = chroma && halved_down(frame) && !first_spans.empty();
+  const BlockState* const screen = sparse ? screen_blocks(frame, {y, x0, end}, memory) : nullptr;
+  if (chroma) begin_chroma(frame, silhouette::chroma_rows(frame, y), memory);
   if (first_spans.empty()) {
-    begin_signals(whole.chroma, x0, end);
+    memory.begin = x0;
+    if (chroma)
+      memory.begun = chroma_row(frame, whole.chroma, x0, std::min(end, frame.width), memory);
     return soft_span(frame, y, {x0, end, whole}, memory, alpha, states);
   }
-  const auto row = static_cast<std::size_t>(y / colours.size());
-  const std::size_t beyond = first_spans[row + 1];
-  int until = 0;  // the column up to which signals are known
-  for (std::size_t i = first_spans[row]; i < beyond; ++i) {
-    const Span& span = spans[i];
-    const int from = std::max(span.begin, x0), to = std::min(span.end, end);
-    if (from >= to) continue;
-    if (from >= until) {
-      // Neighbours mostly have the same forms, and differ in their ramps.
-      std::size_t last = i;
-      while (last + 1 < beyond && spans[last + 1].key.chroma == span.key.chroma) ++last;
-      until = std::min(spans[last].end, end);
-      begin_signals(span.key.chroma, from, until);
-    }
-    soft_span(frame, y, {from, to, span.key}, memory, alpha, states);
-    if (span.key.bend != silhouette::Bend{})
-      kernels().bend_blocks(span.key.bend, (to - from) / matte_block, alpha + from,
-                            states + from / matte_block);
+  std::size_t span = first_spans[static_cast<std::size_t>(y / colours.size())];
+  if (!sparse) return void(soft_spans(frame, {y, x0, end}, span, memory, alpha, states));
+  const int first = x0 / matte_block, blocks = end / matte_block - first;
+  std::copy_n(screen + first, blocks, states + first);
+  std::fill(alpha + x0, alpha + end, 0);
+  const std::uint16_t* const others = memory.others.data();
+  const int count = kernels().mixed_blocks(screen + first, blocks, memory.others.data());
+  for (int i = 0; i < count;) {
+    const int begin = others[i];
+    int beyond = begin;
+    while (i < count && others[i] == beyond) ++i, ++beyond;
+    span = soft_spans(frame, {y, x0 + begin * matte_block, x0 + beyond * matte_block}, span, memory,
+                      alpha, states);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "silhouette/key/closed_gaps.h"
 #include "silhouette/key/edge_map.h"
 #include "silhouette/key/key_signal.h"
+#include "silhouette/pixels/chroma.h"
 #include "silhouette/pixels/colour_kernels.h"
 #include "silhouette/pixels/thread_memory.h"
 
@@ -112,6 +113,7 @@ struct Keyer::State {
   struct Span {
     int begin = 0, end = 0;  // columns
     RowKey key;
+    std::size_t beyond = 0;  // the first span behind it that has other forms
   };
   silhouette::LocalColours colours;
   bool subject_seen = false;  // and the spread of its signal
@@ -189,14 +191,27 @@ struct Keyer::State {
     int begin, end;  // columns
     const RowKey& key;
   };
-  void begin_chroma(const FrameView& frame, int y, RowMemory& memory) const;
+  void begin_chroma(const FrameView& frame, const silhouette::ChromaRows& rows,
+                    RowMemory& memory) const;
+  // Whole blocks of a row.
+  struct Part {
+    int y, x0, end;
+  };
+  // Of each block, from block 0 on: block_empty where its rows of chroma can only give the screen, else block_mixed.
+  const BlockState* screen_blocks(const FrameView& frame, const Part& part,
+                                  RowMemory& memory) const;
+  // What one row of chroma says of it.
+  void screen_of_chroma(const FrameView& frame, int row, const Part& part, RowMemory& memory,
+                        BlockState* states) const;
   static const std::int16_t* chroma_row(const FrameView& frame,
                                         const silhouette::ChromaForms& forms, int x0, int x1,
                                         RowMemory& memory);
   // Alpha of whole blocks by the soft method.
   void soft_span(const FrameView& frame, int y, const Stretch& stretch, RowMemory& memory,
                  std::uint8_t* alpha, BlockState* states) const;
-  // Of whole blocks [x0, end) by their spans.
+  // Of whole blocks by their spans. Returns the last one's; begins with \p span at the earliest.
+  std::size_t soft_spans(const FrameView& frame, const Part& part, std::size_t span,
+                         RowMemory& memory, std::uint8_t* alpha, BlockState* states) const;
   void soft_row(const FrameView& frame, int y, int x0, int end, std::uint8_t* alpha,
                 BlockState* states) const;
   // Signals of columns [x0, stop), x0 even; valid until the thread's next row.

@@ -109,30 +109,44 @@ float Keyer::State::doubt() const {
 }
 
 void Keyer::State::find_mixed(int y, int begin, int end, std::vector<std::uint8_t>& counts) const {
-  const auto blocks = static_cast<std::size_t>(end - begin);
-  const BlockState* const __restrict own = keyed.state_row(y) + begin;
-  counts.resize(blocks);
-  std::uint8_t* const __restrict to = counts.data();
-  for (std::size_t b = 0; b < blocks; ++b) to[b] = own[b] == block_mixed;
-  if (local) return;
+  constexpr std::uint64_t bytes = 0x0101010101010101u;
+  const BlockState* const own = keyed.state_row(y) + begin;
+  const int blocks = end - begin;
+  // Eight at a time: all rows have that room.
+  counts.resize(static_cast<std::size_t>(blocks) + 8);
+  std::uint8_t* const to = counts.data();
+  const auto store = [](std::uint8_t* at, std::uint64_t eight) { std::memcpy(at, &eight, 8); };
+  // Bit 0 of each byte; states are sets of two bits.
+  const auto mixed = [&](std::uint64_t states) { return states & states >> 1 & bytes; };
+  if (local) {
+    for (int b = 0; b < blocks; b += 8) store(to + b, mixed(eight_states(own + b)));
+    return;
+  }
   // What closes and grows the matte needs all rows, and so they are known.
   const int reach =
       fill_reach + static_cast<int>(std::ceil(settings.close + std::max(-settings.choke, 0.0)));
   const int beside = (reach - 1) / matte_block + 1;  // blocks
   // Whether columns of blocks from `begin - beside` on show anything in these rows; 0 beside the picture.
-  auto& memory = silhouette::kept_by_thread<BlocksAround>().shown;
-  memory.assign(blocks + 2 * static_cast<std::size_t>(beside), 0);
-  std::uint8_t* const __restrict around = memory.data();  // asked for once: loops that ask are slow
+  auto& around = silhouette::kept_by_thread<BlocksAround>().shown;
+  around.assign(static_cast<std::size_t>(blocks + 2 * beside) + 8, 0);
   const int first = std::max(begin - beside, 0),
             last = std::min(end + beside, blocks_across(width));
-  std::uint8_t* const __restrict shown = around + (first - (begin - beside));
-  const auto count = static_cast<std::size_t>(last - first);
-  for (int row = std::max(y - reach, 0); row <= std::min(y + reach, height - 1); ++row) {
-    const BlockState* const other = keyed.state_row(row) + first;
-    for (std::size_t b = 0; b < count; ++b) shown[b] |= other[b] != block_empty;
+  std::uint8_t* const shown = around.data() + (first - (begin - beside));
+  const int top = std::max(y - reach, 0), bottom = std::min(y + reach, height - 1);
+  const BlockState* const upper = keyed.state_row(top) + first;
+  for (int b = 0; b < last - first; b += 8) {
+    std::uint64_t any = 0;
+    for (int row = top; row <= bottom; ++row)
+      any |= eight_states(upper + (row - top) * blocks_across(width) + b);
+    store(shown + b, any & bytes * block_full);
   }
-  for (int k = 0; k <= 2 * beside; ++k)
-    for (std::size_t b = 0; b < blocks; ++b) to[b] |= (own[b] == block_empty) & around[b + k];
+  std::fill_n(shown + (last - first), 8, std::uint8_t{0});
+  for (int b = 0; b < blocks; b += 8) {
+    const std::uint64_t states = eight_states(own + b);
+    std::uint64_t near = 0;
+    for (int k = 0; k <= 2 * beside; ++k) near |= eight_states(around.data() + b + k);
+    store(to + b, mixed(states) | (near & ~states & bytes));
+  }
 }
 
 void Keyer::State::unmix_row(int y, int x0, int x1, std::uint8_t* pixels) const {

@@ -92,6 +92,11 @@ struct Kernels {
   void (*doubled_alpha)(const std::int16_t* signal, int count, Ramp ramp, std::uint8_t* alpha,
                         BlockState* states);
 
+  /// block_empty for blocks of pixels all of whose signals, half as many, and those beside are above
+  /// a number, else block_mixed. Reads signal[-1] and signal[8 blocks].
+  void (*screen_blocks)(const std::int16_t* signal, int blocks, std::int16_t above,
+                        BlockState* states);
+
   /// Alpha of RGBA pixels against plate pixels (R, G, B, tolerance); count is a multiple of
   /// matte_block.
   void (*difference_alpha)(const std::uint8_t* pixels, const std::uint8_t* plate, int count,

@@ -194,11 +194,12 @@ void doubled_alpha_pairs(const std::int16_t* signal, int count, Ramp ramp, std::
 }  // namespace
 
 const Kernels& avx2_kernels() {
-  static const Kernels table{
-      "avx2",        pixel_signal, pixel_alpha,         ramp_alpha,       local_alpha,
-      chroma_signal, double_left,  doubled_alpha_pairs, difference_alpha, bend_blocks,
-      spread_cells,  states,       mixed_blocks,        fir_vertical,     fir_horizontal,
-      inside,        find_changes, crossing_offsets,    line_deviation,   edge_deviation};
+  static const Kernels table{"avx2",        pixel_signal,     pixel_alpha,      ramp_alpha,
+                             local_alpha,   chroma_signal,    double_left,      doubled_alpha_pairs,
+                             screen_blocks, difference_alpha, bend_blocks,      spread_cells,
+                             states,        mixed_blocks,     fir_vertical,     fir_horizontal,
+                             inside,        find_changes,     crossing_offsets, line_deviation,
+                             edge_deviation};
   return table;
 }
 

@@ -136,11 +136,11 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
 }  // namespace
 
 const Kernels& baseline_kernels() {
-  static const Kernels table{"baseline",       pixel_signal,     pixel_alpha,    ramp_alpha,
-                             local_alpha,      chroma_signal,    double_left,    doubled_alpha,
-                             difference_alpha, bend_blocks,      spread_cells,   states,
-                             mixed_blocks,     fir_vertical,     fir_horizontal, inside,
-                             find_changes,     crossing_offsets, line_deviation, edge_deviation};
+  static const Kernels table{
+      "baseline",       pixel_signal,   pixel_alpha,   ramp_alpha,       local_alpha, chroma_signal,
+      double_left,      doubled_alpha,  screen_blocks, difference_alpha, bend_blocks, spread_cells,
+      states,           mixed_blocks,   fir_vertical,  fir_horizontal,   inside,      find_changes,
+      crossing_offsets, line_deviation, edge_deviation};
   return table;
 }
 

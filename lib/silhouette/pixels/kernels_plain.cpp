@@ -104,6 +104,12 @@ void doubled_alpha(const std::int16_t* signal, int count, Ramp ramp, std::uint8_
   }
 }
 
+void screen_blocks(const std::int16_t* signal, int blocks, std::int16_t above, BlockState* states) {
+  for (int b = 0; b < blocks; ++b, signal += matte_block / 2)
+    states[b] = *std::min_element(signal - 1, signal + matte_block / 2 + 1) > above ? block_empty
+                                                                                    : block_mixed;
+}
+
 int mixed_blocks(const BlockState* states, int blocks, std::uint16_t* list) {
   int count = 0;
   for (int b = 0; b < blocks; ++b)
@@ -152,11 +158,11 @@ void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t*
 }  // namespace
 
 const Kernels& plain_kernels() {
-  static const Kernels table{"plain",          pixel_signal,     pixel_alpha,    ramp_alpha,
-                             local_alpha,      chroma_signal,    double_left,    doubled_alpha,
-                             difference_alpha, bend_blocks,      spread_cells,   states,
-                             mixed_blocks,     fir_vertical,     fir_horizontal, inside,
-                             find_changes,     crossing_offsets, line_deviation, edge_deviation};
+  static const Kernels table{
+      "plain",          pixel_signal,   pixel_alpha,   ramp_alpha,       local_alpha, chroma_signal,
+      double_left,      doubled_alpha,  screen_blocks, difference_alpha, bend_blocks, spread_cells,
+      states,           mixed_blocks,   fir_vertical,  fir_horizontal,   inside,      find_changes,
+      crossing_offsets, line_deviation, edge_deviation};
   return table;
 }
 

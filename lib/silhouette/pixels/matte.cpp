@@ -13,7 +13,7 @@ void Matte::resize(int new_width, int new_height) {
   const int blocks = blocks_across(width);
   stride = static_cast<std::ptrdiff_t>(blocks) * matte_block;
   values.resize(static_cast<std::size_t>(stride) * height);
-  states.resize(static_cast<std::size_t>(blocks) * height);
+  states.resize(static_cast<std::size_t>(blocks) * height + sizeof(std::uint64_t));
 }
 
 void Field::resize(int new_width, int new_height) {

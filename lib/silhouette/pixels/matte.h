@@ -40,7 +40,7 @@ struct Matte {
   int height = 0;
   std::ptrdiff_t stride = 0;
   std::vector<std::uint8_t> values;
-  std::vector<BlockState> states;  ///< blocks_across(width) per row
+  std::vector<BlockState> states;  ///< blocks_across(width) per row, and room for eight_states()
 
   /// Sets the size, keeping the memory where it suffices; values and states are then undefined.
   void resize(int new_width, int new_height);
