@@ -406,6 +406,8 @@ TEST(Silhouette, KernelsAgree) {
       keep();
       k.doubled_alpha(signal.data(), n, ramp, alpha.data(), states.data());
       keep();
+      k.screen_blocks(signal.data() + 1, n / matte_block - 1, -30000, states.data());
+      keep();
       k.difference_alpha(pixels.data(), plate.data(), n, difference, alpha.data());
       keep();
       k.states(pixels.data(), n / matte_block, states.data());
