@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <mutex>
+#include <optional>
 
 #include "base/srgb.h"
 
@@ -100,6 +103,26 @@ FilteredTexture::FilteredTexture(const Picture& picture) {
       return packed(stored(value.x), stored(value.y), stored(value.z));
     });
   }
+}
+
+std::shared_ptr<const FilteredTexture> filtered_texture(const SharedPicture& picture) {
+  struct Filtered {
+    SharedPicture picture;  // held so that no other one takes its address
+    std::once_flag once;    // not under the mutex: several are made at once
+    std::optional<FilteredTexture> texture;
+  };
+  static std::mutex mutex;
+  static std::map<const Picture*, std::weak_ptr<Filtered>> known;
+  std::shared_ptr<Filtered> found;
+  {
+    const std::lock_guard lock(mutex);
+    std::erase_if(known, [](const auto& one) { return one.second.expired(); });
+    std::weak_ptr<Filtered>& place = known[&*picture];
+    found = place.lock();
+    if (!found) place = found = std::make_shared<Filtered>(picture);
+  }
+  std::call_once(found->once, [&] { found->texture.emplace(*picture); });
+  return {found, &*found->texture};
 }
 
 Vec3f FilteredTexture::over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) const {

@@ -4,11 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/picture.h"
 #include "base/vector.h"
 #include "raytrace/loops/view_loops.h"
+#include "scene/scene.h"
 
 namespace polyhull {
 
@@ -39,5 +41,9 @@ class FilteredTexture {
   std::vector<std::uint32_t> texels_;  // of all levels, one after the other
   std::vector<TextureLevel> levels_;
 };
+
+/// The texture of \p picture: all scenes of the process that have the picture in common have it in common,
+/// too. Any thread.
+std::shared_ptr<const FilteredTexture> filtered_texture(const SharedPicture& picture);
 
 }  // namespace polyhull

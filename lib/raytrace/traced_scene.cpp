@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "base/error.h"
 #include "base/thread_pool.h"
@@ -17,10 +16,9 @@ TracedScene::TracedScene(Scene scene) : scene_(std::move(scene)) {
   epsilon_ = static_cast<float>(2e-5 * glm::length(bounds.max - bounds.min));
   for (const SceneMesh& mesh : scene_.meshes) caster_.add_mesh(mesh.positions, mesh.triangles);
   caster_.commit();
-  std::vector<std::optional<FilteredTexture>> textures(scene_.textures.size());
-  parallel_each(textures.size(), 1, 0,
-                [&](std::size_t i) { textures[i].emplace(*scene_.textures[i]); });
-  for (auto& texture : textures) textures_.push_back(std::move(*texture));
+  textures_.resize(scene_.textures.size());
+  parallel_each(textures_.size(), 1, 0,
+                [&](std::size_t i) { textures_[i] = filtered_texture(scene_.textures[i]); });
   light_of_mesh_.assign(scene_.meshes.size(), -1);
   for (std::size_t i = 0; i < scene_.lights.size(); ++i)
     if (scene_.lights[i].mesh >= 0) light_of_mesh_.at(scene_.lights[i].mesh) = static_cast<int>(i);
@@ -143,7 +141,8 @@ Surface TracedScene::surface(const Ray& ray, const RayHit& hit) const {
 
 const FilteredTexture* TracedScene::texture(std::uint32_t mesh) const {
   const int index = scene_.materials[scene_.meshes[mesh].material].base_colour_texture;
-  return index < 0 || scene_.meshes[mesh].texture_coordinates.empty() ? nullptr : &textures_[index];
+  return index < 0 || scene_.meshes[mesh].texture_coordinates.empty() ? nullptr
+                                                                      : textures_[index].get();
 }
 
 Vec3f TracedScene::base_colour(const RayHit& hit) const {
@@ -155,7 +154,7 @@ Vec3f TracedScene::base_colour(const RayHit& hit) const {
   const Vec2f uv = (1.0f - hit.u - hit.v) * mesh.texture_coordinates[corner[0]] +
                    hit.u * mesh.texture_coordinates[corner[1]] +
                    hit.v * mesh.texture_coordinates[corner[2]];
-  return material.base_colour * textures_[material.base_colour_texture].at(uv);
+  return material.base_colour * textures_[material.base_colour_texture]->at(uv);
 }
 
 Vec3f TracedScene::base_colour(const RayHit& hit, const Vec3f& origin, const Vec3f& direction,
@@ -175,7 +174,7 @@ Vec3f TracedScene::base_colour(const RayHit& hit, const Vec3f& origin, const Vec
   const float nn = glm::dot(n, n);
   const float along = glm::dot(direction, n);
   if (!(nn > 0.0f) || along == 0.0f)
-    return material.base_colour * textures_[material.base_colour_texture].at(uv);
+    return material.base_colour * textures_[material.base_colour_texture]->at(uv);
   // The derivative of the plane's intersection by the direction, then in the triangle's
   // coordinates.
   const float distance = glm::dot(p0 - origin, n) / along;
@@ -187,7 +186,7 @@ Vec3f TracedScene::base_colour(const RayHit& hit, const Vec3f& origin, const Vec
     return glm::clamp(u * f1 + v * f2, Vec2f(-4.0f), Vec2f(4.0f));
   };
   return material.base_colour *
-         textures_[material.base_colour_texture].over(uv, step(dx), step(dy));
+         textures_[material.base_colour_texture]->over(uv, step(dx), step(dy));
 }
 
 Vec3f light_sample(const TracedScene& scene, const Light& light, const Vec2f& square,

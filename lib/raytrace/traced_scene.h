@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "raytrace/filtered_texture.h"
@@ -110,7 +111,7 @@ class TracedScene {
   RayCaster caster_;
   bool tree_is_behind_ = false;
   float epsilon_ = 0.0f;
-  std::vector<FilteredTexture> textures_;
+  std::vector<std::shared_ptr<const FilteredTexture>> textures_;
   std::vector<int> light_of_mesh_;
   std::vector<char> planar_mirror_;  // by mesh
   std::vector<MirroredLight> mirrored_lights_;
