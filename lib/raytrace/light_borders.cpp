@@ -54,7 +54,7 @@ void LightCache::refine_borders(const TracedScene& scene, const LightCacheOption
     fine_.for_blocks(1, [&](const SurfaceGrid::Block& cell) {
       if (borders_[side][cell.first] != 0 && cells.size() < most) cells.push_back(cell);
     });
-  borders_[side] = {};
+  borders_[side] = std::vector<char>();
   const int samples = std::min(options.light_samples, most_ways);
   const std::vector<LampShare> lamps =
       lamps_of(scene, options, std::min(options.first_samples, first_ways), samples, samples);
@@ -81,7 +81,7 @@ void LightCache::refine_borders(const TracedScene& scene, const LightCacheOption
 }
 
 LightValues LightCache::divided_as(const LightValues& other) const {
-  LightValues out = all_;
+  LightValues out = all_values();
   for (std::size_t side = 0; side < out.sides.size(); ++side) {
     std::vector<Float4>& values = out.sides[side];
     const std::vector<Float4>& as = other.sides[side];

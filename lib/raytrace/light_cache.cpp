@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "raytrace/light_cache.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -107,12 +110,35 @@ LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& option
   find_double_sided(scene.scene());
 }
 
+LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& options,
+                       MappedLight values)
+    : LightCache(scene, options, LightValues{{}, values.mean_bounced}) {
+  mapped_ = std::move(values);
+}
+
+LightValues LightCache::all_values() const {
+  LightValues out = all_;
+  for (std::size_t i = 0; mapped_.file && i < out.sides.size(); ++i)
+    out.sides[i].assign(mapped_.sides[i].begin(), mapped_.sides[i].end());
+  return out;
+}
+
+void LightCache::rest() const {
+  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  for (const std::span<const Float4>& side : mapped_.sides) {
+    if (side.empty()) continue;
+    const auto begin = reinterpret_cast<std::uintptr_t>(side.data()) / page * page;
+    const auto end = reinterpret_cast<std::uintptr_t>(side.data() + side.size());
+    madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);  // refused: it stays
+  }
+}
+
 bool LightCache::usable() const {
   const bool back = std::find(double_sided_.begin(), double_sided_.end(), 1) != double_sided_.end();
-  const auto fits = [&](const std::vector<Float4>& values) {
+  const auto fits = [&](std::span<const Float4> values) {
     return values.size() >= fine_.size() && (values.size() - fine_.size()) % border_nodes == 0;
   };
-  return fits(all_.sides[0]) && (back ? fits(all_.sides[1]) : all_.sides[1].empty());
+  return fits(side(0)) && (back ? fits(side(1)) : side(1).empty());
 }
 
 LightValues LightCache::values_for(const TracedScene& scene,
@@ -120,13 +146,15 @@ LightValues LightCache::values_for(const TracedScene& scene,
   const SurfaceGrid grid(scene.scene(), options.spacing, options.most_nodes);
   LightValues out;
   out.mean_bounced = all_.mean_bounced;
-  for (std::size_t side = 0; side < out.sides.size(); ++side) {
-    if (all_.sides[side].empty()) continue;
-    out.sides[side].resize(grid.size());
+  for (std::size_t number = 0; number < out.sides.size(); ++number) {
+    const std::span<const Float4> own = side(number);
+    std::vector<Float4>& values = out.sides[number];
+    if (own.empty()) continue;
+    values.resize(grid.size());
     parallel_for(grid.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       grid.for_nodes(scene.scene(), begin, end, [&](std::size_t i, const SurfaceGrid::Node& node) {
-        out.sides[side][i] = interpolate(fine_, all_.sides[side], node.hit);
-        out.sides[side][i][3] = 0.0f;
+        values[i] = interpolate(fine_, own, node.hit);
+        values[i][3] = 0.0f;
       });
     });
   }
@@ -144,7 +172,7 @@ bool LightCache::find_double_sided(const Scene& scene) {
 }
 
 Vec3f LightCache::irradiance(const RayHit& hit, bool back) const {
-  const std::vector<Float4>& values = all_.sides[back && double_sided_[hit.mesh] ? 1 : 0];
+  const std::span<const Float4> values = side(back && double_sided_[hit.mesh] ? 1 : 0);
   const SurfaceGrid::Lookup at = fine_.lookup(hit);
   const float border = values[at.index[0]][3];
   // Of nodes at vertices the fourth number is 0.

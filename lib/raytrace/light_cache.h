@@ -57,6 +57,13 @@ struct LightValues {
   Vec3f mean_bounced{0.0f};
 };
 
+/// The same of a file (light_store.h): it takes memory only where somebody has looked.
+struct MappedLight {
+  std::shared_ptr<const void> file;  ///< keeps the sides in place; null: there are none
+  std::array<std::span<const Float4>, 2> sides;
+  Vec3f mean_bounced{0.0f};
+};
+
 class LightCache {
  public:
   /// Fills the cache. \p scene must outlive it, and have no subjects now. Once \p stop is true it
@@ -67,10 +74,23 @@ class LightCache {
   /// A cache of the same scene and options that was filled before; usable() says whether \p values
   /// fit.
   LightCache(const TracedScene& scene, const LightCacheOptions& options, LightValues values);
+  /// The same of values in a file.
+  LightCache(const TracedScene& scene, const LightCacheOptions& options, MappedLight values);
   bool usable() const;
-  const LightValues& all_values() const { return all_; }
+  /// A copy of what the cache holds.
+  LightValues all_values() const;
+  /// LightValues::sides, one of them.
+  std::span<const Float4> side(std::size_t number) const {
+    return mapped_.file ? mapped_.sides[number] : all_.sides[number];
+  }
   /// Other values, as many.
-  void set_values(LightValues values) { all_ = std::move(values); }
+  void set_values(LightValues values) {
+    all_ = std::move(values);
+    mapped_ = {};
+  }
+  /// For when there may be no look-ups for long: gives back the memory of values in a file, which the next ones
+  /// read again.
+  void rest() const;
 
   /// This light with cells divided as in \p other, which is of a cache of the same scene and options
   /// (and this one's are not divided): looks the same.
@@ -85,7 +105,7 @@ class LightCache {
   /// For many look-ups on one triangle: irradiance is gain() times what grid() finds among these
   /// values, on the front of \p mesh or on its back.
   const Float4* values(std::uint32_t mesh, bool back) const {
-    return all_.sides[back && double_sided_[mesh] ? 1 : 0].data();
+    return side(back && double_sided_[mesh] ? 1 : 0).data();
   }
   /// The values of divided cells.
   const Float4* borders(std::uint32_t mesh, bool back) const {
@@ -131,7 +151,9 @@ class LightCache {
   Sides direct_;                              // on the fine grid
   Sides bounced_;                             // on the coarse grid
   std::array<std::vector<char>, 2> borders_;  // by the first node of cells to be divided
-  LightValues all_;                           // what a frame looks up
+  // What a frame looks up: the sides of the second where these are in a file, the rest of the first.
+  LightValues all_;
+  MappedLight mapped_;
   Vec3f gain_{1.0f};
   std::uint64_t rays_ = 0;
 };

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "raytrace/light_store.h"
 
+#include <fcntl.h>
 #include <fmt/core.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <fstream>
+#include <span>
 #include <system_error>
 #include <vector>
 
@@ -20,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t version = 2;  // another one for other contents, and for another light
+constexpr std::uint64_t version = 3;  // another one for other contents, and for another light
 constexpr std::size_t most_files = 16;
 
 /// What a file begins with; the values follow, Float4 by Float4, first the fronts'.
@@ -30,9 +34,9 @@ struct Header {
   std::uint64_t content = 0;  // a hash of the values
   std::uint64_t nodes[2] = {};
   float mean_bounced[3] = {};
-  std::uint32_t unused = 0;
+  std::uint32_t unused[3] = {};
 };
-static_assert(sizeof(Header) == 56);
+static_assert(sizeof(Header) == 64 && sizeof(Header) % alignof(Float4) == 0, "it is mapped");
 
 void add_material(ContentHash& hash, const Material& material) {
   hash.add(material.base_colour);
@@ -79,10 +83,26 @@ fs::path file_of(const fs::path& folder, std::uint64_t key) {
   return folder / fmt::format("{:016x}.light", key);
 }
 
-std::uint64_t content_of(const LightValues& values) {
+template <class Sides>
+std::uint64_t content_of(const Sides& sides) {
   ContentHash hash;
-  for (const auto& side : values.sides) hash.add(side);
+  for (const std::span<const Float4> side : sides) {
+    hash.add(side.size());
+    hash.add_bytes(side.data(), side.size_bytes());
+  }
   return hash.value();
+}
+
+/// The file as it lies on the disk, for reading; it stays what it is when another one takes its name. Null where
+/// it cannot be.
+std::shared_ptr<const std::byte> mapped(const fs::path& path, std::size_t size) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return nullptr;
+  void* bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
+  close(file);
+  if (bytes == MAP_FAILED) return nullptr;
+  return {static_cast<const std::byte*>(bytes),
+          [size](const std::byte* first) { munmap(const_cast<std::byte*>(first), size); }};
 }
 
 /// Leaves the files that were used last.
@@ -115,16 +135,19 @@ std::unique_ptr<LightCache> load_light(const TracedScene& scene, const LightCach
       header.nodes[0] > rest / sizeof(Float4) || header.nodes[1] > rest / sizeof(Float4) ||
       rest != (header.nodes[0] + header.nodes[1]) * sizeof(Float4))
     return nullptr;
-  LightValues values;
-  values.mean_bounced = {header.mean_bounced[0], header.mean_bounced[1], header.mean_bounced[2]};
+  const std::shared_ptr<const std::byte> bytes = mapped(path, sizeof header + rest);
+  if (!bytes) return nullptr;
+  MappedLight values{
+      bytes, {}, {header.mean_bounced[0], header.mean_bounced[1], header.mean_bounced[2]}};
+  const auto* first = reinterpret_cast<const Float4*>(bytes.get() + sizeof header);
   for (int side = 0; side < 2; ++side) {
-    values.sides[side].resize(header.nodes[side]);
-    file.read(reinterpret_cast<char*>(values.sides[side].data()),
-              static_cast<std::streamsize>(header.nodes[side] * sizeof(Float4)));
+    values.sides[side] = {first, header.nodes[side]};
+    first += header.nodes[side];
   }
-  if (!file || content_of(values) != header.content) return nullptr;
+  if (content_of(values.sides) != header.content) return nullptr;
   auto light = std::make_unique<LightCache>(scene, options, std::move(values));
   if (!light->usable()) return nullptr;
+  light->rest();  // not all that was held against the hash is looked at
   fs::last_write_time(path, fs::file_time_type::clock::now(), error);  // it is in use
   return light;
 }
@@ -133,12 +156,12 @@ void store_light(const LightCache& light, const TracedScene& scene,
                  const LightCacheOptions& options, const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  const LightValues& values = light.all_values();
   Header header;
   header.key = key_of(scene.scene(), options);
-  header.content = content_of(values);
-  for (int k = 0; k < 3; ++k) header.mean_bounced[k] = values.mean_bounced[k];
-  for (int side = 0; side < 2; ++side) header.nodes[side] = values.sides[side].size();
+  const std::array sides{light.side(0), light.side(1)};
+  header.content = content_of(sides);
+  for (int k = 0; k < 3; ++k) header.mean_bounced[k] = light.mean_bounced()[k] / light.gain()[k];
+  for (int side = 0; side < 2; ++side) header.nodes[side] = sides[side].size();
   // Under another name until it is whole.
   const fs::path path = file_of(folder, header.key);
   fs::path unfinished = path;
@@ -146,9 +169,9 @@ void store_light(const LightCache& light, const TracedScene& scene,
   unfinished += fmt::format(".{}-{}", getpid(), number++);
   std::ofstream file(unfinished, std::ios::binary);
   file.write(reinterpret_cast<const char*>(&header), sizeof header);
-  for (const auto& side : values.sides)
+  for (const std::span<const Float4> side : sides)
     file.write(reinterpret_cast<const char*>(side.data()),
-               static_cast<std::streamsize>(side.size() * sizeof(Float4)));
+               static_cast<std::streamsize>(side.size_bytes()));
   file.close();
   if (file) fs::rename(unfinished, path, error);
   if (!file || error) {

@@ -303,7 +303,7 @@ SurfaceGrid::Lookup SurfaceGrid::lookup(const RayHit& hit) const {
   return out;
 }
 
-Float4 interpolate(const SurfaceGrid& grid, const std::vector<Float4>& values, const RayHit& hit) {
+Float4 interpolate(const SurfaceGrid& grid, std::span<const Float4> values, const RayHit& hit) {
   const SurfaceGrid::Lookup lookup = grid.lookup(hit);
   return lookup.weight[0] * values[lookup.index[0]] + lookup.weight[1] * values[lookup.index[1]] +
          lookup.weight[2] * values[lookup.index[2]] + lookup.weight[3] * values[lookup.index[3]];
@@ -314,8 +314,7 @@ std::array<std::uint32_t, 4> corners(const SurfaceGrid::Block& block) {
   return {block.first, block.first + block.width, below, below + block.width};
 }
 
-Float4 between(const std::vector<Float4>& values, const SurfaceGrid::Block& block, float x,
-               float y) {
+Float4 between(std::span<const Float4> values, const SurfaceGrid::Block& block, float x, float y) {
   const auto at = corners(block);
   return (1.0f - y) * ((1.0f - x) * values[at[0]] + x * values[at[1]]) +
          y * ((1.0f - x) * values[at[2]] + x * values[at[3]]);

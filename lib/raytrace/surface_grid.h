@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "raytrace/float4.h"
@@ -141,13 +142,12 @@ class SurfaceGrid {
 };
 
 /// The value at a hit of \p values at the grid's nodes.
-Float4 interpolate(const SurfaceGrid& grid, const std::vector<Float4>& values, const RayHit& hit);
+Float4 interpolate(const SurfaceGrid& grid, std::span<const Float4> values, const RayHit& hit);
 
 /// The nodes at a block's corners, row by row.
 std::array<std::uint32_t, 4> corners(const SurfaceGrid::Block& block);
 
 /// The value between a block's corners, \p x and \p y from 0 to 1.
-Float4 between(const std::vector<Float4>& values, const SurfaceGrid::Block& block, float x,
-               float y);
+Float4 between(std::span<const Float4> values, const SurfaceGrid::Block& block, float x, float y);
 
 }  // namespace polyhull

@@ -135,7 +135,7 @@ bool Background::take_pose(const Scene& posed) {
   geometry_ = geometry_key(scene());
   posed_ = light_ != nullptr;
   if (gradual_) gradual_->stop();
-  if (light_ && other_mirrors) raster_ = std::make_unique<RasterView>(traced_, *light_);
+  if (other_mirrors) raster_.reset();
   camera_.reset();
   return true;
 }
@@ -204,7 +204,6 @@ bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky
   if (light_ && dim_lights(sky)) return false;
   light_scene(stop);
   geometry_ = geometry_key(traced_.scene());  // lamps may have moved
-  raster_ = std::make_unique<RasterView>(traced_, *light_);
   base_lights_ = traced_.scene().lights;
   base_sky_ = sky;
   return true;
@@ -277,12 +276,12 @@ Background::Work Background::update(const Camera& camera, const std::vector<Ligh
                                     float exposure, float sky) {
   const bool still = light_ && !advance_light() && camera_ == camera && exposure == exposure_ &&
                      lights == traced_.scene().lights && sky * sky_ == traced_.scene().sky;
+  unchanged_ = still ? unchanged_ + 1 : 0;
   if (still) return Work::none;
   const bool lit = apply_lights(lights, sky * sky_);
   traced_.set_exposure(exposure);
   exposure_ = exposure;
   camera_ = camera;
-  view_.resize(static_cast<std::size_t>(camera.width) * camera.height);
   draw(camera);
   samples_ = 0;
   rows_done_ = 0;
@@ -297,7 +296,21 @@ void Background::prepare(const std::vector<Light>& lights, float sky, int thread
   options_.light.threads = own;
 }
 
+void Background::rest() {
+  constexpr int still = 2;  // a viewport that moves every other frame shall not pay for it
+  if (unchanged_ < still || samples_ > 0 || view_.empty()) return;
+  for (std::vector<Vec3f>* of : {&view_, &sums_, &refined_}) *of = std::vector<Vec3f>();
+  raster_.reset();
+  light_->rest();
+}
+
+/// Draws what rest() has given back.
+void Background::end_rest() {
+  if (view_.empty() && camera_) draw(*camera_);
+}
+
 void Background::draw(const Camera& camera) {
+  view_.resize(static_cast<std::size_t>(camera.width) * camera.height);
   by_rays_ = options_.method == ViewMethod::rays || camera.has_distortion();
   planes_.reset();
   const std::vector<Material>& materials = scene().materials;
@@ -308,6 +321,7 @@ void Background::draw(const Camera& camera) {
     render_view(traced_, *light_, camera, options_.view, view_, &statistics_);
     return;
   }
+  if (!raster_) raster_ = std::make_unique<RasterView>(traced_, *light_);
   raster_->draw(camera, options_.view, view_, &statistics_);
   planes_ = std::make_shared<const ScenePlanes>(ScenePlanes{
       geometry_, pixels_from_scene(camera), camera.width, camera.height, raster_->triangles()});
@@ -315,6 +329,7 @@ void Background::draw(const Camera& camera) {
 
 bool Background::refine(int rows) {
   if (!camera_ || rows < 1 || gradual_ || !lamps_.is_exact()) return false;
+  end_rest();
   traced_.build_tree();
   if (sums_.empty()) sums_.assign(view_.size(), Vec3f(0.0f));
   const int end = std::min(rows_done_ + rows, camera_->height);
@@ -330,7 +345,8 @@ bool Background::refine(int rows) {
   return true;
 }
 
-void Background::write(std::uint8_t* pixels, std::size_t stride, int red) const {
+void Background::write(std::uint8_t* pixels, std::size_t stride, int red) {
+  end_rest();
   const auto columns = static_cast<std::size_t>(width());
   const std::uint8_t* table = linear_to_srgb_table();
   const std::vector<Vec3f>& shown = picture();

@@ -100,6 +100,10 @@ class Background {
   void prepare(const std::vector<Light>& lights, float sky, int threads,
                const std::atomic<bool>& stop);
 
+  /// For where nobody will refine(): once the view has stood still for some updates, gives back the memory that only
+  /// new views need. The next one, refine() and write() fetch what they want again: the same picture.
+  void rest();
+
   /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
   /// whole pass over the picture has been finished and the picture is a better one. Not before the
   /// light is exact.
@@ -108,14 +112,14 @@ class Background {
   /// Samples per pixel that are in the picture.
   std::uint32_t samples() const { return samples_; }
 
-  /// The picture, linear (1 = white), row by row.
+  /// The picture, linear (1 = white), row by row; empty after rest().
   const std::vector<Vec3f>& picture() const { return samples_ > 0 ? refined_ : view_; }
   int width() const { return camera_ ? camera_->width : 0; }
   int height() const { return camera_ ? camera_->height : 0; }
 
   /// Writes the picture as 8-bit sRGB with four bytes per pixel, the fourth 255; \p red is the
   /// place of red in a pixel (0: RGBA, 2: BGRA), \p stride the bytes from row to row.
-  void write(std::uint8_t* pixels, std::size_t stride, int red) const;
+  void write(std::uint8_t* pixels, std::size_t stride, int red);
 
   /// What composite must know of the picture.
   Announcement announcement() const;
@@ -146,6 +150,7 @@ class Background {
   void light_scene_gradually(const std::filesystem::path& folder);
   bool advance_light();
   void draw(const Camera& camera);
+  void end_rest();
 
   BackgroundOptions options_;
   TracedScene traced_;
@@ -162,7 +167,7 @@ class Background {
   std::shared_ptr<Kept> kept_;
   std::unique_ptr<GradualLight> gradual_;  // null: the light is exact
   LampMix lamps_;                       // under the lights now, where some differ from the base's
-  std::unique_ptr<RasterView> raster_;  // of light_
+  std::unique_ptr<RasterView> raster_;  // of light_; null: the next view makes it
   std::uint64_t geometry_ = 0;          // geometry_key() now
   std::shared_ptr<const ScenePlanes> planes_;
   std::optional<Camera> camera_;
@@ -172,6 +177,7 @@ class Background {
   bool by_rays_ = false;  // the view
   std::uint32_t samples_ = 0;
   int rows_done_ = 0;  // of the pass under way
+  int unchanged_ = 0;  // updates, one after the other
 };
 
 }  // namespace polyhull

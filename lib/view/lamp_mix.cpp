@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t most_bytes = 256u << 20u;  // of all lamps' lights together
 constexpr std::size_t grain = 4096;
 
-std::size_t bytes_of(const LightValues& values) {
-  return sizeof(Float4) * (values.sides[0].size() + values.sides[1].size());
+std::size_t bytes_of(const LightCache& light) {
+  return light.side(0).size_bytes() + light.side(1).size_bytes();
 }
 
 LightCacheOptions alone(LightCacheOptions options, std::size_t lamp,
@@ -66,7 +66,7 @@ bool LampMix::show(const TracedScene& scene, const LightCacheOptions& options, b
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < differences.size(); ++i)
     if (differs(differences[i]) && !lamps_.contains(i)) missing.push_back(i);
-  if ((lamps_.size() + missing.size()) * bytes_of(light.all_values()) > most_bytes) return false;
+  if ((lamps_.size() + missing.size()) * bytes_of(light) > most_bytes) return false;
   if (!base_) base_ = std::make_shared<const LightValues>(light.all_values());
   differences_ = differences;
   for (const std::size_t i : missing) {

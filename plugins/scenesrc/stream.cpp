@@ -132,6 +132,7 @@ std::string SceneStream::clipped(const SceneSettings& settings) {
 
 bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {
   Background& background = *scenes_.shown().background;
+  if (settings.refinement == Refinement::never) background.rest();
   if (background.samples() >= settings.samples || settings.refinement == Refinement::never) {
     return false;
   }
@@ -150,7 +151,7 @@ bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstC
 
 GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
   const GstVideoFormat format = GST_VIDEO_INFO_FORMAT(&info);
-  const Background& background = *scenes_.shown().background;
+  Background& background = *scenes_.shown().background;
   if (changed || sent_ == nullptr || sent_format_ != format ||
       gst_buffer_get_size(sent_.get()) != info.size) {
     MappedMemory memory(gst_allocator_alloc(nullptr, info.size, nullptr), GST_MAP_WRITE);
