@@ -29,8 +29,8 @@ class LightReach {
   /// Where a place lies in the light's map, as long as the light is the same. Places less than a
   /// millimetre before the light's plane count as behind it: 1/z is 0.
   struct Place {
-    Vec2f tangents{0.0f};
-    float inverse = 0.0f;  ///< 1/z
+    Vec2f tangents;
+    float inverse;  ///< 1/z
   };
   Place place(const Vec3f& point) const;
 

@@ -197,7 +197,7 @@ void do_as_asked(Level& fine, std::size_t r, FitMemory& memory) {
 void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const RimFit& fit,
                  FitMemory& memory, int threads) {
   const Grid& grid = fine.grid;
-  memory.asks.resize(std::max(memory.asks.size(), 2 * grid.size()));
+  memory.asks.make_room(2 * grid.size());
   memory.asked.assign(fine.rows.size(), {});
   const auto slabs = static_cast<std::size_t>(grid.nz);
   const float nodes = fit.radius / grid.cell;

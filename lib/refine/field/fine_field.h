@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/memory/sparse_array.h"
 #include "refine/field/contact_rays.h"
 #include "refine/field/hull_distance.h"
 
@@ -26,7 +27,7 @@ void cut_at_hull(Level& fine, int threads);
 
 /// What fit_to_rims() works with; kept from call to call.
 struct FitMemory {
-  std::vector<float> asks;    ///< of nodes (AskedSlab); 0 between calls
+  SparseArray<float> asks;    ///< of nodes (AskedSlab); 0 between calls
   std::vector<Extent> asked;  ///< which nodes of each row
   std::vector<std::vector<AskingRim>> rims_of_slab;
 };

@@ -85,12 +85,12 @@ Rectangle AreaShadow::asked(const Rectangle& part, const LayerView& view) {
 /// hides from the light stays.
 bool AreaShadow::forget(const ShadowView& view, bool other_map, bool same_places) {
   const bool fresh = lay_out(view, recipe_.ray_step);
-  const std::size_t count = receivers_.size(), blocks = block_state_.size();
+  const std::size_t count = known_.size(), blocks = block_state_.size();
   if (fresh) {
-    for (auto* numbers : {&sum_, &mean_, &gathered_}) numbers->resize(count);
-    blocked_.resize(count);
-    in_light_.resize(count);
-    for (auto* bits : {&open_known_, &open_}) bits->resize(count);
+    for (auto* numbers : {&sum_, &mean_, &gathered_}) numbers->make_room(count);
+    blocked_.make_room(count);
+    in_light_.make_room(count);
+    for (auto* bits : {&open_known_, &open_}) bits->make_room(count);
     extents_.resize(blocks);
     for (auto* states : {&block_known_, &blank_}) states->assign(blocks, 0);
   } else if (other_map) {
@@ -98,7 +98,7 @@ bool AreaShadow::forget(const ShadowView& view, bool other_map, bool same_places
   }
   if (fresh || same_places)
     return !fresh;  // with a receiver comes that nothing is known of its light
-  for (auto* bits : {&open_known_, &open_}) std::fill(bits->begin(), bits->end(), 0);
+  forget_open(open_known_, open_);
   return false;
 }
 

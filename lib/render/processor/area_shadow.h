@@ -75,17 +75,17 @@ class AreaShadow : public ReceiverGrid {
 
   std::uint64_t map_ = 0;  // ShadowCasters::map() of extents_
   // What stays as long as the view, the scene and the light do.
-  std::vector<LightReach::Place> in_light_;  // by pixel of the grid
+  SparseArray<LightReach::Place> in_light_;  // by pixel of the grid
   std::vector<LightReach::Extent> extents_;  // around a block's places
   std::vector<std::uint8_t> block_known_;    // 1: the depths are, 2: the extent, 3: the places, too
   Light light_;
   ShadowRecipe recipe_;
   std::vector<Vec3f> places_;  // on the light: as many rays as it has for each of 4 x 4 neighbours
-  std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
-  std::vector<std::uint64_t> open_;        // and lets the ray through
+  SparseArray<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
+  SparseArray<std::uint64_t> open_;        // and lets the ray through
   // Of this frame; a candidate_ is 2 where some of its rays differ.
-  std::vector<std::uint8_t> blocked_;  // of a pixel's rays, by subjects
-  std::vector<float> sum_, mean_, gathered_;
+  SparseArray<std::uint8_t> blocked_;  // of a pixel's rays, by subjects
+  SparseArray<float> sum_, mean_, gathered_;
   std::vector<std::uint8_t> blank_;  // by block: nothing was found last time, all is 0
 };
 

@@ -51,9 +51,9 @@ bool ReceiverGrid::lay_out(const ShadowView& view, int step) {
     rows_ = lines;
     block_columns_ = (columns + block - 1) / block;
     block_rows_ = (lines + block - 1) / block;
-    inverse_.resize(count);
-    candidate_.resize(count);
-    receivers_.resize(count);
+    inverse_.make_room(count);
+    candidate_.make_room(count);
+    receivers_.make_room(count);
     known_.assign(count, 0);
   }
   block_state_.assign(static_cast<std::size_t>(block_columns_) * block_rows_, 0);
@@ -82,7 +82,7 @@ bool ReceiverGrid::is_seen(const ShadowView& view, std::size_t number, int margi
   return view.mirror->seen_in(widened(pixels, view.layer.view(), margin));
 }
 
-bool ReceiverGrid::fill(std::size_t number, std::span<const std::vector<float>> means,
+bool ReceiverGrid::fill(std::size_t number, std::span<const SparseArray<float>> means,
                         ShadowTile& tile) const {
   const int left = static_cast<int>(number) % block_columns_ * block;
   const int top = static_cast<int>(number) / block_columns_ * block;
@@ -100,7 +100,7 @@ bool ReceiverGrid::fill(std::size_t number, std::span<const std::vector<float>> 
   const int x1 = std::min(left - reach + ShadowTile::stride, grid.x + grid.width);
   const int y1 = std::min(top - reach + ShadowTile::stride, grid.y + grid.height);
   bool any = false;
-  for (const std::vector<float>& mean : means)
+  for (const SparseArray<float>& mean : means)
     for (int y = y0; !any && y < y1; ++y) {
       const float* row = &mean[static_cast<std::size_t>(y) * columns_];
       any = std::any_of(row + x0, row + x1, [](float value) { return value > 0.0f; });
@@ -128,6 +128,12 @@ bool ReceiverGrid::fill(std::size_t number, std::span<const std::vector<float>> 
     }
   }
   return true;
+}
+
+void ReceiverGrid::forget_open(SparseArray<std::uint64_t>& known,
+                               SparseArray<std::uint64_t>& open) const {
+  for (std::size_t pixel = 0; pixel < known_.size(); ++pixel)
+    if (known_[pixel]) known[pixel] = open[pixel] = 0;
 }
 
 /// A pixel between pixels of the grid takes from those to its right and below, too.

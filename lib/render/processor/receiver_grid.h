@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/memory/sparse_array.h"
 #include "base/thread_pool.h"
 #include "render/processor/loops/loops.h"
 #include "render/processor/scene/receivers.h"
@@ -78,7 +79,9 @@ class ReceiverGrid {
   }
   /// Copies the block and its surroundings, with \p means of up to ShadowTile::channels. Returns whether any of
   /// these is above 0.
-  bool fill(std::size_t number, std::span<const std::vector<float>> means, ShadowTile& tile) const;
+  bool fill(std::size_t number, std::span<const SparseArray<float>> means, ShadowTile& tile) const;
+  /// Makes both 0 for the pixels whose receiver is known; others' are nothing yet.
+  void forget_open(SparseArray<std::uint64_t>& known, SparseArray<std::uint64_t>& open) const;
   void mark_shaded();
   Rectangle drawn() const;
   Rectangle pixels_of(std::size_t number) const;
@@ -107,11 +110,11 @@ class ReceiverGrid {
   Rectangle blocks_;
   PixelRays rays_of_pixels_;
   // What stays as long as the view and the scene do.
-  std::vector<Receiver> receivers_;  // by pixel of the grid, candidates' alone
-  std::vector<float> inverse_;       // 1/z
+  SparseArray<Receiver> receivers_;  // by pixel of the grid, candidates' alone
+  SparseArray<float> inverse_;       // 1/z, of blocks that were drawn
   std::vector<std::uint8_t> known_;  // 1: the receiver is
   // Of this frame.
-  std::vector<std::uint8_t> candidate_;  // by pixel: not 0 where a subject may shade it
+  SparseArray<std::uint8_t> candidate_;  // by pixel: not 0 where a subject may shade it
   // 1: may be shaded, and once candidates are known has some; 2: what is taken is not 0 somewhere.
   std::vector<std::uint8_t> block_state_;
   std::vector<std::uint8_t> shaded_;  // by block: it is not 0 there or beside it

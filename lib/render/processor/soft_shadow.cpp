@@ -23,7 +23,7 @@ bool SoftShadow::find_candidates(const SoftMasks& subjects, const TracedScene& s
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     candidate_[pixel] = 0;
     for (auto* planes : {&sum_, &gathered_})
-      for (std::vector<float>& plane : *planes) plane[pixel] = 0.0f;
+      for (SparseArray<float>& plane : *planes) plane[pixel] = 0.0f;
     if (!seen || !(inverse_[pixel] > 0.0f)) return;
     if (!known_[pixel]) {
       known_[pixel] = 1;
@@ -138,12 +138,12 @@ bool SoftShadow::draw(const SoftMasks& subjects, const TracedScene& scene, const
   generation_ = 0;
   const bool other = std::exchange(directions_, subjects.directions()) != subjects.directions();
   if (fresh) {
-    for (auto* bits : {&open_known_, &open_}) bits->resize(receivers_.size());
+    for (auto* bits : {&open_known_, &open_}) bits->make_room(known_.size());
     for (auto* planes : {&sum_, &gathered_})
-      for (std::vector<float>& plane : *planes) plane.resize(receivers_.size());
+      for (SparseArray<float>& plane : *planes) plane.make_room(known_.size());
     block_known_.assign(block_state_.size(), 0);
   } else if (other) {
-    for (auto* bits : {&open_known_, &open_}) std::fill(bits->begin(), bits->end(), 0);
+    forget_open(open_known_, open_);
   }
   choose_blocks(widened(part, view.layer.view(), margin));
   in_blocks(0, [&](std::size_t number) {

@@ -48,10 +48,10 @@ class SoftShadow : public ReceiverGrid {
   std::uint64_t directions_ = 0;  // SoftMasks::directions() of what is known of the scene's part
   // What stays as long as the view, the scene and the directions do; by pixel of the grid.
   std::vector<std::uint8_t> block_known_;  // by block, 1: the depths are
-  std::vector<std::uint64_t> open_known_;  // by direction of its set: whether the scene's is
-  std::vector<std::uint64_t> open_;        // and lets the ray through
+  SparseArray<std::uint64_t> open_known_;  // by direction of its set: whether the scene's is
+  SparseArray<std::uint64_t> open_;        // and lets the ray through
   // Of this frame, and of the next one where that asks for the same.
-  std::array<std::vector<float>, 3> sum_, gathered_;  // E by channel
+  std::array<SparseArray<float>, 3> sum_, gathered_;  // E by channel
   std::uint64_t generation_ = 0;                      // SoftMasks::generation() of it; 0: of none
   Rectangle part_;
 };

@@ -106,7 +106,7 @@ void AlbedoLayer::reset(const Rectangle& part, const Vec3f& eye, const PixelRays
   columns_ = static_cast<std::size_t>((part.x + part.width - left_ + piece - 1) / piece);
   const std::size_t pieces = columns_ * static_cast<std::size_t>(part.height);
   known_.assign(pieces, 0);
-  values_.resize(pieces * piece);
+  values_.make_room(pieces * piece);
 }
 
 const std::uint64_t* AlbedoLayer::at(const TracedScene& scene, const SceneLayer& layer, int x,

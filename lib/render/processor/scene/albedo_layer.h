@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/memory/sparse_array.h"
 #include "raytrace/loops/view_loops.h"
 #include "raytrace/traced_scene.h"
 #include "render/processor/scene/scene_layer.h"
@@ -38,7 +39,7 @@ class AlbedoLayer {
   int left_ = 0, top_ = 0;           // a multiple of a piece's pixels; the first row
   std::size_t columns_ = 0;          // pieces
   std::vector<std::uint8_t> known_;  // by piece
-  std::vector<std::uint64_t> values_;
+  SparseArray<std::uint64_t> values_;
 };
 
 }  // namespace polyhull::processor

@@ -12,8 +12,8 @@ namespace polyhull::processor {
 
 /// A place of the scene that light falls on.
 struct Receiver {
-  Vec3f point{0.0f};   ///< where rays start
-  Vec3f normal{0.0f};  ///< unit length, to the eye's side
+  Vec3f point;   ///< where rays start
+  Vec3f normal;  ///< unit length, to the eye's side
 };
 
 /// Finds receivers of one view; fast where neighbours are asked for one after the other.
