@@ -34,7 +34,7 @@ struct Header {
   std::uint64_t content = 0;  // a hash of the values
   std::uint64_t nodes[2] = {};
   float mean_bounced[3] = {};
-  std::uint32_t unused[3] = {};
+  std::array<std::uint32_t, 3> unused = {};
 };
 static_assert(sizeof(Header) == 64 && sizeof(Header) % alignof(Float4) == 0, "it is mapped");
 
@@ -132,7 +132,8 @@ std::unique_ptr<LightCache> load_light(const TracedScene& scene, const LightCach
   std::error_code error;
   const std::uint64_t rest = fs::file_size(path, error) - sizeof header;
   if (error || header.magic != Header{}.magic || header.key != key ||
-      header.nodes[0] > rest / sizeof(Float4) || header.nodes[1] > rest / sizeof(Float4) ||
+      header.unused != Header{}.unused || header.nodes[0] > rest / sizeof(Float4) ||
+      header.nodes[1] > rest / sizeof(Float4) ||
       rest != (header.nodes[0] + header.nodes[1]) * sizeof(Float4))
     return nullptr;
   const std::shared_ptr<const std::byte> bytes = mapped(path, sizeof header + rest);
