@@ -88,6 +88,25 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   EXPECT_THROW(gl::Program("hull.vert", "depth.frag", {"VIEW_SLOTS nonsense"}), Error);
 }
 
+// Two figures side by side: one hides a part of the other, and their shadows and mirror images meet.
+TEST_P(CompositorTest, TwoStandSideBySideLikeTheTruth) {
+  Stage stage(480, 270);
+  stage.frame.subjects[0].placement.translate = {-0.65, 0.0, -0.2};
+  RenderSubject other = stage.frame.subjects[0];
+  other.placement = {.translate = {0.6, 0.0, 0.25}, .rotate = {0.0, 40.0, 0.0}};
+  stage.frame.subjects.push_back(other);
+  stage.trace_background(6, 2);
+  static const Picture truth = stage.truth(6, 2);  // of all backends
+  const auto renderer = make_renderer();
+  const Picture result = composite(*renderer, stage, {});
+  keep(truth, "two-truth");
+  keep(result, "two");
+  const double whole = synthetic::psnr(result, truth);
+  std::printf("two figures: %.2f dB (background %.2f)\n", whole,
+              synthetic::psnr(stage.background, truth));
+  EXPECT_GT(whole, 38.0);
+}
+
 TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   Stage stage(480, 270);
   stage.trace_background(6, 2);

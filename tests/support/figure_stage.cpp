@@ -2,6 +2,7 @@
 #include "figure_stage.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "mesh/texture_mesh.h"
 #include "raytrace/area_light.h"
@@ -59,10 +60,21 @@ void FigureStage::fill_background(std::uint8_t value) {
 Picture FigureStage::truth(int light_side, int pixel_side, int mirrors) const {
   SimpleTrace trace(*scene, ambient);
   const RenderPlan plan = plan_frame(frame, {}, {});
-  const Mat4 back = plan.subjects[0].from_scene;
+  const SubjectsShape shape = shape_of(plan);
   trace.add_subject(
-      plan.subjects[0].points, subject.mesh.hull.triangles,
-      [back](const Vec3f& p) { return paint(Vec3(back * Vec4(Vec3(p), 1.0))); }, mirrors);
+      shape.points, shape.triangles,
+      [&plan](const Vec3f& p) {
+        // Of several figures that whose axis is nearest.
+        Vec3 own(0.0);
+        double least = std::numeric_limits<double>::infinity();
+        for (const PlacedSubject& placed : plan.subjects) {
+          const Vec3 local(placed.from_scene * Vec4(Vec3(p), 1.0));
+          const double away = glm::length(Vec2(local.x, local.z));
+          if (away < least) own = local, least = away;
+        }
+        return paint(own);
+      },
+      mirrors);
   return trace.draw(frame.viewport, light_side, pixel_side);
 }
 

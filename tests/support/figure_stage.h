@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// A figure in the small room, photographed by four cameras: all that a composite and its truth
+/// A figure, or several farther apart than their arms reach, in the small room, photographed by four cameras: all that a composite and its truth
 /// need.
 #pragma once
 
