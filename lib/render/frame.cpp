@@ -145,6 +145,13 @@ int pixels_beyond(const PlacedSubject& subject, const RenderPlan& plan, int most
   return pixels < most ? static_cast<int>(std::ceil(pixels)) : most;
 }
 
+/// Whether a light is as far away as an environment's suns, and not one of the scene's lamps.
+bool is_distant(const Light& light, const Bounds& everything) {
+  const Vec3 middle = 0.5 * (everything.min + everything.max);
+  return glm::distance(Vec3(light.centre), middle) >
+         10.0 * glm::distance(everything.min, everything.max);
+}
+
 /// Finds the lights whose shadows of what stands in \p people are seen, and where; \p plan has its
 /// mirrors. \p join: plan_frame()'s.
 void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, const Bounds& people,
@@ -161,7 +168,9 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
       ++plan.soft_lights;
       continue;
     }
-    const int step = shadow_recipe(settings, frame.lights[light.light], light.share).ray_step;
+    const Light& own = frame.lights[light.light];
+    light.sharp = joins && is_distant(own, everything);
+    const int step = shadow_recipe(settings, own, light.share, light.sharp).ray_step;
     const double grid = static_cast<double>(frame.width) * frame.height / (step * step);
     if (!light.idle) {
       places += grid;

@@ -103,7 +103,7 @@ std::vector<ShadowLight> find_shadow_lights(std::span<const Light> lights, float
   std::vector<ShadowLight> out;
   for (const auto& [light, taken, given] : candidates) {
     const double share = sum > 0.0 ? given / sum : 1.0 / std::max(effective, 1.0);
-    out.push_back({light, static_cast<float>(share), taken == 0.0, {}, {}});
+    out.push_back({light, static_cast<float>(share), taken == 0.0, false, {}, {}});
   }
   return out;
 }

@@ -22,8 +22,9 @@ struct ShadowLight {
   /// The most that it gives the middle of the subjects' box or of one of its faces, of what all of
   /// these lights do: how much care its shadow is worth (shadow_recipe.h).
   float share = 1.0f;
-  bool idle = false;  ///< of no effect at all
-  Rectangle seen;     ///< the pixels that it may change
+  bool idle = false;   ///< of no effect at all
+  bool sharp = false;  ///< beside it soft lights are drawn in one, which have no edges
+  Rectangle seen;      ///< the pixels that it may change
   /// Those in which each of RenderPlan::mirrors may show it.
   std::vector<Rectangle> in_mirrors;
 };

@@ -22,7 +22,8 @@ struct ShadowRecipe {
   int rays = 12;       ///< of a pixel
   int first_rays = 4;  ///< of these; the others only where the first do not agree, there and around
   bool masked = true;  ///< looked up in images of what meshes hide (light_masks.h), not traced
-  int ray_step = 2;    ///< only every so many pixels of every so many rows have rays
+  int mask_texels = 256;  ///< at most, of these images on a side of the subject
+  int ray_step = 2;       ///< only every so many pixels of every so many rows have rays
 
   // OpenGL's: look-ups in depth maps.
   int cells = max_light_samples;  ///< of an area light, each with maps of its own: n * n
@@ -34,8 +35,10 @@ struct ShadowRecipe {
   bool operator==(const ShadowRecipe&) const = default;
 };
 
-/// How \p settings make the shadow, which is not off, of \p light, which gives \p share of the light.
-inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& light, float share) {
+/// How \p settings make the shadow, which is not off, of \p light, which gives \p share of the light. \p sharp:
+/// ShadowLight's.
+inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& light, float share,
+                                  bool sharp = false) {
   ShadowRecipe recipe;
   recipe.cells = std::clamp(settings.light_samples, 1, max_light_samples);
   recipe.map_size = std::clamp(settings.shadow_map_size, 16, 4096);
@@ -48,6 +51,11 @@ inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& l
     recipe.masked = false;
     recipe.cells = max_light_samples;
     recipe.taps = 16;
+    if (sharp) {  // a sun's edges are finer than a grid of every second pixel
+      recipe.ray_step = 1;
+      recipe.rays = 16;  // as many for each part of the picture
+      recipe.first_rays = 4;
+    }
   } else if (settings.shadow == ShadowQuality::hard) {
     recipe.hard = true;
     recipe.masked = false;
@@ -61,6 +69,7 @@ inline ShadowRecipe shadow_recipe(const RenderSettings& settings, const Light& l
   const auto halved = static_cast<int>(std::lround(std::clamp(-std::log2(share), 0.0f, 6.0f)));
   recipe.rays = (recipe.rays + (1 << halved) - 1) >> halved;
   recipe.first_rays = std::max(recipe.first_rays >> halved, 1);
+  recipe.mask_texels = halved >= 2 ? 128 : halved == 1 ? 192 : recipe.mask_texels;
   if (halved >= 2) recipe.cells = std::min(recipe.cells, halved < 5 ? 4 : 1);
   recipe.single = recipe.hard || !light.is_area();
   if (recipe.single) {

@@ -168,7 +168,7 @@ void ProcessorRenderer::State::ready_light(const RenderFrame& frame, const Rende
                                            bool same) {
   const ShadowLight& planned = plan.lights[number];
   const Light& light = frame.lights[planned.light];
-  const ShadowRecipe now = shadow_recipe(settings, light, planned.share);
+  const ShadowRecipe now = shadow_recipe(settings, light, planned.share, planned.sharp);
   KnownLight& own = *lights[number];
   own.casters.set(plan, solid, light, now, same && own.light == light && own.recipe == now);
   own.light = light;

@@ -92,7 +92,8 @@ void ShadowCasters::set(const RenderPlan& plan, SolidSubjects& solid, const Ligh
   masked_ = images_.empty() && recipe.masked;
   masks_.resize(plan.subjects.size());
   for (std::size_t i = 0; masked_ && i < masks_.size(); ++i)
-    masked_ = masks_[i].set(reach_, plan.subjects[i].points, plan.subjects[i].mesh->hull.triangles);
+    masked_ = masks_[i].set(reach_, plan.subjects[i].points, plan.subjects[i].mesh->hull.triangles,
+                            recipe.mask_texels);
   if (!masked_) solid.make(plan);
 }
 
