@@ -66,6 +66,15 @@ class AreaShadow : public ReceiverGrid {
                       std::size_t number);
   void find_mixed(std::size_t number, int first);
   std::size_t find_open(const TracedScene& scene, int sample, Packet& packet);
+  struct Scratch {
+    std::vector<std::uint32_t> pixels, hidden, asking;
+    std::vector<float> x, y, w;
+    std::size_t count = 0;  // of the pixels
+  };
+  static Scratch& scratch();
+  std::uint64_t find_unknown(const TracedScene& scene, const Light& light, const Vec3f* places,
+                             Scratch& scratch);
+  void add_given(const Light& light, const Vec3f* places, const Scratch& scratch);
   std::uint64_t look_up(const ShadowCasters& subjects, const TracedScene& scene, const Light& light,
                         int same);
   std::uint64_t trace(const ShadowCasters& subjects, const TracedScene& scene, const Light& light,

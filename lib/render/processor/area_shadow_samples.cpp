@@ -189,16 +189,18 @@ std::size_t AreaShadow::find_open(const TracedScene& scene, int sample, Packet& 
   return asked;
 }
 
+// Not inlined: the compiler would find the thread's own memory anew for each use.
+[[gnu::noinline]] AreaShadow::Scratch& AreaShadow::scratch() {
+  thread_local Scratch own;
+  return own;
+}
+
 /// Asks the masks for all rays of one of the neighbours, those to one place of the light together, so
 /// that its image is at hand, and sums up what subjects take. Returns how many rays were traced through
 /// the scene.
 std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedScene& scene,
                                   const Light& light, int same) {
-  struct Scratch {
-    std::vector<std::uint32_t> pixels, hidden, asking;
-    std::vector<float> x, y, w;
-  };
-  thread_local Scratch s;
+  Scratch& s = scratch();
   const std::size_t most =
       static_cast<std::size_t>(blocks_.width) * blocks_.height * Packet::most + 1;
   for (auto* numbers : {&s.pixels, &s.hidden, &s.asking}) numbers->resize(most);
@@ -208,7 +210,6 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
   // The compiler cannot know that what is written is not what leads to these.
   const std::uint8_t* const candidate = candidate_.data();
   const LightReach::Place* const in_light = in_light_.data();
-  const std::uint64_t *const open_known = open_known_.data(), *const open = open_.data();
 
   std::size_t count = 0;
   for_same(same, [&](std::size_t pixel) {
@@ -219,17 +220,27 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
     in_w[count] = at.inverse;
     count += candidate[pixel];
   });
+  s.count = count;
   std::fill_n(hidden, count, 0);
   const std::size_t first = same * static_cast<std::size_t>(recipe_.rays);
   subjects.find_hidden(first, recipe_.rays, {static_cast<int>(count), in_x, in_y, in_w}, hidden);
-
-  const Lamp lamp(light);
   const Vec3f* const places = &places_[first];
+  const std::uint64_t traced = find_unknown(scene, light, places, s);
+  add_given(light, places, s);
+  return traced;
+}
+
+/// Finds what of the scene is not known, where subjects hide \p places. Returns how many rays were traced.
+std::uint64_t AreaShadow::find_unknown(const TracedScene& scene, const Light& light,
+                                       const Vec3f* places, Scratch& s) {
+  const std::uint32_t *const pixels = s.pixels.data(), *const hidden = s.hidden.data();
+  const std::uint64_t* const open_known = open_known_.data();
+  const Lamp lamp(light);
   std::uint64_t traced = 0;
   std::uint32_t unknown = 0;  // of any pixel
   std::uint32_t* const asking = s.asking.data();
   std::size_t asking_count = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < s.count; ++i) {
     const std::uint32_t own = hidden[i] & ~static_cast<std::uint32_t>(open_known[pixels[i]]);
     asking[asking_count] = static_cast<std::uint32_t>(i);
     asking_count += own != 0;
@@ -252,7 +263,14 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
     }
     traced += find_open(scene, sample, packet);
   }
+  return traced;
+}
 
+/// Sums up what of \p light the pixels do not get from the \p places that are hidden.
+void AreaShadow::add_given(const Light& light, const Vec3f* places, const Scratch& s) {
+  const std::uint32_t *const pixels = s.pixels.data(), *const hidden = s.hidden.data();
+  const std::uint64_t* const open = open_.data();
+  const Lamp lamp(light);
   LampPlaces known;
   for (int c = 0; c < 3; ++c) known.facing[c] = lamp.facing[c];
   for (int i = 0; i < recipe_.rays; ++i) {
@@ -260,7 +278,7 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
     known.y[i] = places[i].y;
     known.z[i] = places[i].z;
   }
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < s.count; ++i) {
     std::uint64_t bits = hidden[i] & open[pixels[i]];
     if (bits == 0) continue;  // the mean is 0
     const Receiver& at = receivers_[pixels[i]];
@@ -271,7 +289,6 @@ std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedSce
       sum += lamp.given(at, places[std::countr_zero(bits)]);
     mean_[pixels[i]] = sum / static_cast<float>(recipe_.rays);
   }
-  return traced;
 }
 
 /// Samples first .. last - 1 of the block's candidates by rays, of all for first = 0 and of mixed ones

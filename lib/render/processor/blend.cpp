@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -77,8 +76,7 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
     powers_.push_back(share_of(power_of(light.light), all));
   soft_power_ = share_of(frame.sky * (frame.exposure / std::numbers::pi_v<float>), all);
   for (int c = 0; c < 3; ++c) power_[c] = all[c];
-  const float most = std::max({power_[0], power_[1], power_[2]});
-  least_taken_ = 0.999f * BlendPixels::least_missing / std::max(most, 1e-30f);
+  find_least_taken();
 }
 
 void Blend::draw(int band) {
@@ -135,75 +133,6 @@ bool Blend::any_reaches(const Spans& layers, int begin, int end) const {
   return any;
 }
 
-/// Whether any of columns \p x to \p end - 1 misses more than \p least.
-inline bool Blend::Missing::any_of(int x, int end, float least) const {
-  if (!any) return false;
-  if (end - x == BlendPixels::count) {
-    using Float4 = float __attribute__((vector_size(16)));
-    using Int4 = std::int32_t __attribute__((vector_size(16)));
-    Int4 above{};
-    for (const float(&channel)[16] : taken)
-      for (int i = 0; i < BlendPixels::count; i += 4) {
-        Float4 four;
-        std::memcpy(&four, channel + (x & 15) + i, sizeof four);
-        above |= four > least;
-      }
-    return ((above[0] | above[1]) | (above[2] | above[3])) != 0;
-  }
-  bool found = false;
-  for (const float(&channel)[16] : taken)
-    for (int i = x; i < end; ++i) found |= channel[i & 15] > least;
-  return found;
-}
-
-/// The shadows that row \p y may have, directly and in mirrors, and what of \p missing each is added to.
-std::vector<Blend::Shadow> Blend::shadows_of(int y, AllMissing& missing) const {
-  const auto within = [y](const Rectangle& part) {
-    return !part.empty() && y >= part.y && y < part.y + part.height;
-  };
-  std::vector<Shadow> shadows;
-  for (std::size_t i = 0; i < plan_.lights.size(); ++i) {
-    const ShadowLight& light = plan_.lights[i];
-    const LightShadow& shadow = *layers_.shadows[i];
-    if (within(light.seen))
-      shadows.push_back({&shadow.seen, nullptr, &layers_.direct, powers_[i], &missing.seen});
-    for (std::size_t m = 0; m < light.in_mirrors.size(); ++m)
-      if (within(light.in_mirrors[m]))
-        shadows.push_back({shadow.in_mirrors[m], nullptr, &layers_.mirrors[m]->scene, powers_[i],
-                           &missing.in_mirrors[m]});
-  }
-  if (plan_.soft_lights == 0) return shadows;
-  if (within(plan_.shadow))
-    shadows.push_back({nullptr, &layers_.soft, &layers_.direct, soft_power_, &missing.seen});
-  for (std::size_t m = 0; m < plan_.mirrors.size(); ++m)
-    if (within(plan_.mirrors[m].shadow))
-      shadows.push_back({nullptr, &layers_.mirrors[m]->soft, &layers_.mirrors[m]->scene,
-                         soft_power_, &missing.in_mirrors[m]});
-  return shadows;
-}
-
-/// Finds what the sixteen pixels from column \p x on, a multiple of 16, lose to \p shadows. Returns whether
-/// any.
-bool Blend::find_missing(int x, int y, const std::vector<Shadow>& shadows) {
-  for (const Shadow& shadow : shadows) shadow.into->any = false;
-  bool any = false;
-  float taken[3][16];
-  for (const auto& [shadow, soft, layer, power, missing] : shadows) {
-    if (shadow ? !shadow->reaches(x, y) || !shadow->taken(*layer, x, y, taken[0])
-               : !soft->reaches(x, y) || !soft->taken(*layer, x, y, taken))
-      continue;
-    const bool first = !std::exchange(missing->any, true);
-    any = true;
-    for (int c = 0; c < 3; ++c) {
-      const float* const lost = taken[shadow ? 0 : c];
-      for (int i = 0; i < 16; ++i)
-        missing->taken[c][i] =
-            first ? power[c] * lost[i] : missing->taken[c][i] + power[c] * lost[i];
-    }
-  }
-  return any;
-}
-
 /// Blends the changed part of row \p y into \p out, and counts.
 void Blend::blend_row(int y, const Spans& layers, const PixelRows& out, Piece& piece,
                       Progress& progress) {
@@ -211,8 +140,10 @@ void Blend::blend_row(int y, const Spans& layers, const PixelRows& out, Piece& p
   const std::vector<Shadow> shadows = shadows_of(y, missing);
   const int right = changed_.x + changed_.width;
   for (int group = changed_.x & ~15; group < right; group += 16) {
+    const bool reached = any_reaches(layers, group, group + 16);
+    if (!reached && is_lost_unseen(group, y, shadows)) continue;
     const bool any = find_missing(group, y, shadows);
-    if (!any && !any_reaches(layers, group, group + 16)) continue;
+    if (!any && !reached) continue;
     for (int first = group; first < group + 16; first += BlendPixels::count) {
       const int x = std::max(first, changed_.x), end = std::min(first + BlendPixels::count, right);
       if (x < end) blend_piece(x, end, y, layers, missing, out, piece, progress);
@@ -225,15 +156,22 @@ void Blend::blend_piece(int x, int end, int y, const Spans& layers, const AllMis
                         const PixelRows& out, Piece& piece, Progress& progress) {
   const int first = x & ~(BlendPixels::count - 1);
   const std::size_t mirrors = plan_.mirrors.size();
-  bool shown[most_mirrors], reflected[most_mirrors], mirrored = false;
+  bool shown[most_mirrors], reflected[most_mirrors], mirrored = false, reflects = false;
+  Vec3f taken = missing.seen.most(x, end);
+  const bool own = taken != Vec3f(0.0f);
   for (std::size_t m = 0; m < mirrors; ++m) {
-    shown[m] = missing.in_mirrors[m].any_of(x, end, 0.0f) &&
-               layers_.mirrors[m]->aperture->seen_in({x, y, end - x, 1});
+    const Vec3f there = missing.in_mirrors[m].most(x, end);
+    shown[m] = there != Vec3f(0.0f) && layers_.mirrors[m]->aperture->seen_in({x, y, end - x, 1});
+    if (shown[m]) taken += there;
     reflected[m] = layers.images[m].any(x, end);
+    reflects = reflects || reflected[m];
     mirrored = mirrored || shown[m] || reflected[m];
   }
   const bool covered = layers.front.any(x, end), others = covered || mirrored;
-  const bool seen = missing.seen.any_of(x, end, others ? 0.0f : least_taken_);
+  const std::uint32_t darkest = darkest_of(x, end, y);
+  const bool opaque = settings_.alpha == AlphaCoding::ignored || darkest >> 24 == 255;
+  if (!covered && !reflects && (opaque || !mirrored) && !is_seen(taken, darkest, opaque)) return;
+  const bool seen = others ? own : is_seen(taken, 0, false);
   if (!seen && !others) return;
   BlendPixels& pixels = piece.pixels;
   fill_ground(x, end, y, seen ? missing.seen.taken : nullptr, pixels);
@@ -248,10 +186,6 @@ void Blend::blend_piece(int x, int end, int y, const Spans& layers, const AllMis
   progress.touched.left = std::min(progress.touched.left, x);
   progress.touched.right = std::max(progress.touched.right, end);
   std::uint32_t made[BlendPixels::count];
-  const bool opaque =
-      settings_.alpha == AlphaCoding::ignored ||
-      std::all_of(pixels.background + (x - first), pixels.background + (end - first),
-                  [](std::uint32_t pixel) { return pixel >> 24 == 255; });
   progress.changed += static_cast<std::uint64_t>(
       opaque ? Loops::best().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), made)
              : blend_translucent(x, end, y, piece, made));
@@ -260,25 +194,6 @@ void Blend::blend_piece(int x, int end, int y, const Spans& layers, const AllMis
     std::memcpy(out.at(x, y), made, sizeof made);
   else
     std::memcpy(out.at(x, y), made + (x - first), 4 * static_cast<std::size_t>(end - x));
-}
-
-/// The share of pixel (x, y)'s light that goes where \p taken does of the lights'.
-float Blend::share_taken(int x, int y, const Vec3f& taken) const {
-  const RayHit hit = layers_.direct.hit(x, y);
-  if (!hit.hit()) return 0.0f;
-  const Vec3f eye(plan_.eye);
-  Ray ray;
-  ray.origin = eye;
-  ray.direction = Vec3f(0.0f);
-  const Surface surface = layers_.scene->plain_surface(ray, hit);
-  const bool away = glm::dot(surface.normal, surface.point - eye) > 0.0f;
-  constexpr float indirect = 0.25f;  // where a lamp hardly shines, others' light is what there is
-  const Vec3f all =
-      lamps_irradiance(frame_, surface.point, away ? -surface.normal : surface.normal, indirect);
-  // Of a grey surface: on a coloured one it is the same, and black alone has no colour to say more.
-  constexpr Vec3f luminance = luminance_weights<float>;
-  const Vec3f gone = std::numbers::pi_v<float> * taken * Vec3f(power_[0], power_[1], power_[2]);
-  return std::min(glm::dot(luminance, gone) / std::max(glm::dot(luminance, all), 1e-30f), 1.0f);
 }
 
 /// As Loops::blend() where pixels \p x to \p end - 1 of row \p y are not all opaque: their fill and
@@ -415,21 +330,6 @@ void Blend::add_mirror(std::size_t number, int x, int end, int y, const Spans& l
       pixels.more[c][i] += more[c];
     }
   }
-}
-
-/// What pixel (x, y) of \p mirror, \p covered of which shows a subject, loses for each E that is taken
-/// where it looks.
-Vec3f Blend::mirror_dimming(MirrorLayers& mirror, int x, int y, float covered) {
-  float seen = mirror.aperture->share(x, y);
-  // Of other mirrors the covered part goes with what they showed there.
-  if (!mirror.view->only_mirrors()) seen = std::max(seen - covered, 0.0f);
-  if (seen == 0.0f) return Vec3f(0.0f);
-  const std::uint64_t albedo = mirror.albedo.at(*layers_.scene, mirror.scene, x & ~15, y)[x & 15];
-  const Vec3f scattered(static_cast<float>(albedo & 0xffff),
-                        static_cast<float>(albedo >> 16 & 0xffff),
-                        static_cast<float>(albedo >> 32 & 0xffff));
-  return seen * mirror.view->share(x, y) * scattered / 65535.0f *
-         Vec3f(power_[0], power_[1], power_[2]);
 }
 
 }  // namespace polyhull::processor

@@ -124,7 +124,7 @@ class Blend {
   struct Missing {
     bool any = false;
     float taken[3][16];  // written where any is
-    bool any_of(int x, int end, float least) const;
+    Vec3f most(int x, int end) const;
   };
   struct AllMissing {
     Missing seen, in_mirrors[most_mirrors];
@@ -152,7 +152,11 @@ class Blend {
     std::uint64_t shaded = 0, changed = 0;
   };
 
+  void find_least_taken();
+  std::uint32_t darkest_of(int x, int end, int y) const;
+  bool is_seen(const Vec3f& taken, std::uint32_t darkest, bool opaque) const;
   std::vector<Shadow> shadows_of(int y, AllMissing& missing) const;
+  bool is_lost_unseen(int x, int y, const std::vector<Shadow>& shadows) const;
   static bool find_missing(int x, int y, const std::vector<Shadow>& shadows);
   bool any_reaches(const Spans& layers, int begin, int end) const;
   void blend_row(int y, const Spans& layers, const PixelRows& out, Piece& piece,
@@ -178,7 +182,8 @@ class Blend {
   float power_[3] = {};        // of all lights together, as a picture value per albedo and E
   std::vector<Vec3f> powers_;  // of each, as a share of that
   Vec3f soft_power_{0.0f};     // the same of SoftShadow's E
-  float least_taken_ = 0.0f;   // what is less is no change
+  float no_change_ = 0.0f;     // E that is no change to any pixel
+  float least_taken_[3][256];  // by code of the background: E that is none to one as dark
 };
 
 }  // namespace polyhull::processor

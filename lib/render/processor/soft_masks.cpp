@@ -26,6 +26,25 @@ Vec3f axis_of(std::size_t side) {
   return axis;
 }
 
+/// As LightReach::place() for all \p points, side by side. Beyond the cube nothing is hidden.
+void find_places(const LightReach::Map& map, const SoftPoints& points, float* __restrict to_x,
+                 float* __restrict to_y, float* __restrict to_w) {
+  const float* __restrict x = points.x.data();
+  const float* __restrict y = points.y.data();
+  const float* __restrict z = points.z.data();
+  const Vec3f centre = map.centre, right = map.right, down = map.down, forward = map.forward;
+  const std::size_t count = points.x.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const float dx = x[k] - centre.x, dy = y[k] - centre.y, dz = z[k] - centre.z;
+    const float depth = dx * forward.x + dy * forward.y + dz * forward.z;
+    const float inverse = 1.0f / depth;
+    const bool before = depth > 0.0f;
+    to_x[k] = before ? (dx * right.x + dy * right.y + dz * right.z) * inverse : beside;
+    to_y[k] = before ? (dx * down.x + dy * down.y + dz * down.z) * inverse : 0.0f;
+    to_w[k] = before ? inverse : 0.0f;
+  }
+}
+
 }  // namespace
 
 /// Neighbours of the list come into different sets.
@@ -110,13 +129,14 @@ bool SoftMasks::may_hide(const Receiver& receiver) const {
   });
 }
 
-void SoftMasks::find_hidden(int set, std::span<const Vec3f> points, std::uint64_t* hidden) const {
+void SoftMasks::find_hidden(int set, const SoftPoints& points, std::uint64_t* hidden) const {
   struct Scratch {
     std::vector<float> x, y, w;
     std::vector<std::uint32_t> found;
   };
   thread_local Scratch s;
-  for (auto* numbers : {&s.x, &s.y, &s.w}) numbers->resize(points.size());
+  const std::size_t size = points.x.size();
+  for (auto* numbers : {&s.x, &s.y, &s.w}) numbers->resize(size);
   int bit = 0;
   for (const Side& side : sides_) {
     const std::size_t first = side.first[static_cast<std::size_t>(set)];
@@ -124,20 +144,14 @@ void SoftMasks::find_hidden(int set, std::span<const Vec3f> points, std::uint64_
     if (count == 0) continue;
     for (const Hider& hider : side.hiders) {
       if (!hider.any) continue;
-      for (std::size_t k = 0; k < points.size(); ++k) {
-        const LightReach::Place at = hider.reach.place(points[k]);
-        s.x[k] = at.inverse > 0.0f ? at.tangents.x : beside;  // beyond the cube nothing is hidden
-        s.y[k] = at.tangents.y;
-        s.w[k] = at.inverse;
-      }
-      const MaskPoints receivers{static_cast<int>(points.size()), s.x.data(), s.y.data(),
-                                 s.w.data()};
+      find_places(hider.reach.map(), points, s.x.data(), s.y.data(), s.w.data());
+      const MaskPoints receivers{static_cast<int>(size), s.x.data(), s.y.data(), s.w.data()};
       for (int done = 0; done < count; done += 32) {
-        s.found.assign(points.size(), 0);
+        s.found.assign(size, 0);
         hider.masks.find_hidden(first + static_cast<std::size_t>(done), std::min(count - done, 32),
                                 receivers, s.found.data());
-        for (std::size_t k = 0; k < points.size(); ++k)
-          hidden[k] |= std::uint64_t{s.found[k]} << (bit + done);
+        const std::uint32_t* const found = s.found.data();
+        for (std::size_t k = 0; k < size; ++k) hidden[k] |= std::uint64_t{found[k]} << (bit + done);
       }
     }
     bit += count;

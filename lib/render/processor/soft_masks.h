@@ -23,6 +23,11 @@
 
 namespace polyhull::processor {
 
+/// Points in scene coordinates.
+struct SoftPoints {
+  std::vector<float> x, y, z;
+};
+
 class SoftMasks {
  public:
   /// So many sets of directions, each from all around, which together are all: RenderFrame::soft_light.
@@ -52,9 +57,9 @@ class SoftMasks {
   /// Whether any of the subjects reaches above the surface of \p receiver.
   bool may_hide(const Receiver& receiver) const;
 
-  /// Sets bit i of \p hidden (0 before) for each of \p points, scene coordinates, from which subjects hide
+  /// Sets bit i of \p hidden (0 before) for each of \p points from which subjects hide
   /// direction i of \p set.
-  void find_hidden(int set, std::span<const Vec3f> points, std::uint64_t* hidden) const;
+  void find_hidden(int set, const SoftPoints& points, std::uint64_t* hidden) const;
 
  private:
   /// A subject before a side of its cube.

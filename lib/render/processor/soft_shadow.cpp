@@ -62,26 +62,57 @@ std::uint64_t SoftShadow::find_open(const TracedScene& scene, const Vec3f& way, 
   return s.rays.size();
 }
 
+// Not inlined: the compiler would find the thread's own memory anew for each use.
+[[gnu::noinline]] SoftShadow::Scratch& SoftShadow::scratch() {
+  thread_local Scratch own;
+  return own;
+}
+
 /// Asks the masks for all pixels of a set, and sums up what subjects take. Returns how many rays were traced.
 std::uint64_t SoftShadow::look_up(const SoftMasks& subjects, const TracedScene& scene, int set) {
-  struct Scratch {
-    std::vector<std::uint32_t> pixels, asking;
-    std::vector<std::uint64_t> hidden;
-    std::vector<std::pair<std::uint32_t, std::uint64_t>> unknown;  // pixels and their bits
-    std::vector<Vec3f> points;
-  };
-  thread_local Scratch s;
-  s.pixels.clear();
-  s.points.clear();
+  Scratch& s = scratch();
+  const std::size_t most = static_cast<std::size_t>(blocks_.width) * blocks_.height * block *
+                           block / static_cast<std::size_t>(neighbours);
+  s.pixels.resize(most + 1);
+  std::uint32_t* const pixels = s.pixels.data();
+  const std::uint8_t* const candidate = candidate_.data();
+  std::size_t count = 0;
   for_same(set, [&](std::size_t pixel) {
-    if (!candidate_[pixel]) return;
-    s.pixels.push_back(static_cast<std::uint32_t>(pixel));
-    s.points.push_back(receivers_[pixel].point);
+    pixels[count] = static_cast<std::uint32_t>(pixel);
+    count += candidate[pixel];
   });
-  s.hidden.assign(s.pixels.size(), 0);
+  s.pixels.resize(count);
+  for (auto* numbers : {&s.points.x, &s.points.y, &s.points.z}) numbers->resize(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3f& point = receivers_[pixels[k]].point;
+    s.points.x[k] = point.x;
+    s.points.y[k] = point.y;
+    s.points.z[k] = point.z;
+  }
+  s.hidden.assign(count, 0);
   subjects.find_hidden(set, s.points, s.hidden.data());
 
   const std::span<const EnvironmentPart> parts = subjects.set_of(set);
+  const std::uint64_t traced = find_unknown(scene, parts, s);
+  for (std::size_t k = 0; k < count; ++k) {
+    std::uint64_t bits = s.hidden[k] & open_[pixels[k]];
+    if (bits == 0) continue;
+    const Vec3f normal = receivers_[pixels[k]].normal;
+    Vec3f sum(0.0f);
+    for (; bits != 0; bits &= bits - 1) {
+      const EnvironmentPart& part = parts[static_cast<std::size_t>(std::countr_zero(bits))];
+      sum += glm::dot(normal, part.direction) * part.irradiance;
+    }
+    // A sixteenth of the parts stands for all.
+    for (std::size_t c = 0; c < 3; ++c)
+      sum_[c][pixels[k]] = static_cast<float>(SoftMasks::sets) * sum[static_cast<int>(c)];
+  }
+  return traced;
+}
+
+/// Finds what of the scene is not known, where subjects hide directions. Returns how many rays were traced.
+std::uint64_t SoftShadow::find_unknown(const TracedScene& scene,
+                                       std::span<const EnvironmentPart> parts, Scratch& s) {
   std::uint64_t traced = 0;
   std::uint64_t unknown = 0;  // of any pixel
   s.unknown.clear();
@@ -98,19 +129,6 @@ std::uint64_t SoftShadow::look_up(const SoftMasks& subjects, const TracedScene& 
       if (bits >> i & 1) s.asking.push_back(pixel);
     traced += find_open(scene, parts[static_cast<std::size_t>(i)].direction, std::uint64_t{1} << i,
                         s.asking);
-  }
-  for (std::size_t k = 0; k < s.pixels.size(); ++k) {
-    const std::uint32_t pixel = s.pixels[k];
-    std::uint64_t bits = s.hidden[k] & open_[pixel];
-    if (bits == 0) continue;
-    Vec3f sum(0.0f);
-    for (; bits != 0; bits &= bits - 1) {
-      const EnvironmentPart& part = parts[static_cast<std::size_t>(std::countr_zero(bits))];
-      sum += glm::dot(receivers_[pixel].normal, part.direction) * part.irradiance;
-    }
-    // A sixteenth of the parts stands for all.
-    for (std::size_t c = 0; c < 3; ++c)
-      sum_[c][pixel] = static_cast<float>(SoftMasks::sets) * sum[static_cast<int>(c)];
   }
   return traced;
 }
@@ -160,23 +178,48 @@ bool SoftShadow::draw(const SoftMasks& subjects, const TracedScene& scene, const
   return !fresh && !other;
 }
 
-bool SoftShadow::taken(const SceneLayer& layer, int x, int y, float (&taken)[3][16]) const {
+/// What the grid has around the 16 pixels from (x, y) on; where it ends, in \p edge. Returns whether any is
+/// taken there.
+bool SoftShadow::find_rows(int x, int y, Edge& edge, SoftRows& rows) const {
   const Rectangle grid = drawn();
   const int last_x = grid.x + grid.width - 1, last_y = grid.y + grid.height - 1;
-  const int columns = 16 / step_ + 1;
-  SoftRows rows;
+  const int first = x / step_, columns = 16 / step_ + 1;
   rows.step = step_;
   rows.below = static_cast<float>(y % step_) / static_cast<float>(step_);
-  float any = 0.0f;
-  for (int row = 0; row < 2; ++row) {
-    const auto line = static_cast<std::size_t>(std::min(y / step_ + row, last_y)) * columns_;
-    for (int k = 0; k < columns; ++k) {
-      const std::size_t at = line + std::min(x / step_ + k, last_x);
-      rows.inverse[row][k] = inverse_[at];
-      for (std::size_t c = 0; c < 3; ++c) any += rows.taken[row][c][k] = gathered_[c][at];
+  std::uint32_t any = 0;
+  for (std::size_t row = 0; row < 2; ++row) {
+    const auto line =
+        static_cast<std::size_t>(std::min(y / step_ + static_cast<int>(row), last_y)) * columns_;
+    const auto part = [&](const SparseArray<float>& plane, float* rest) {
+      const float* const from = &plane[line + first];
+      if (first + columns - 1 <= last_x) return from;
+      for (int k = 0; k < columns; ++k) rest[k] = plane[line + std::min(first + k, last_x)];
+      return static_cast<const float*>(rest);
+    };
+    rows.inverse[row] = part(inverse_, edge[row][0]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* const own = rows.taken[row][c] = part(gathered_[c], edge[row][1 + c]);
+      for (int k = 0; k < columns; ++k) any |= std::bit_cast<std::uint32_t>(own[k]);
     }
   }
-  if (!(any > 0.0f)) return false;
+  return any != 0;
+}
+
+Vec3f SoftShadow::most(int x, int y) const {
+  Edge edge;
+  SoftRows rows;
+  Vec3f out(0.0f);
+  if (!find_rows(x, y, edge, rows)) return out;
+  for (const auto& row : rows.taken)
+    for (int c = 0; c < 3; ++c)
+      for (int k = 0; k <= 16 / step_; ++k) out[c] = std::max(out[c], row[c][k]);
+  return out;
+}
+
+bool SoftShadow::taken(const SceneLayer& layer, int x, int y, float (&taken)[3][16]) const {
+  Edge edge;
+  SoftRows rows;
+  if (!find_rows(x, y, edge, rows)) return false;
   const float* inverse = layer.middle_inverse(x, y);
   float rest[16] = {};
   if (const int left = layer.view().width - x; left < 16) {

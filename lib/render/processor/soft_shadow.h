@@ -10,6 +10,8 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "render/processor/receiver_grid.h"
@@ -33,6 +35,8 @@ class SoftShadow : public ReceiverGrid {
   /// E at the middles of the 16 pixels from (x, y) on, as AreaShadow::taken(). False, and nothing written,
   /// where all is 0.
   bool taken(const SceneLayer& layer, int x, int y, float (&taken)[3][16]) const;
+  /// No less than any of these, but for rounding: taken() interpolates.
+  Vec3f most(int x, int y) const;
 
  private:
   static constexpr int coarsest = 4;
@@ -40,10 +44,21 @@ class SoftShadow : public ReceiverGrid {
 
   bool find_candidates(const SoftMasks& subjects, const TracedScene& scene, const ShadowView& view,
                        std::size_t number);
+  struct Scratch {
+    std::vector<std::uint32_t> pixels, asking;
+    std::vector<std::uint64_t> hidden;
+    std::vector<std::pair<std::uint32_t, std::uint64_t>> unknown;  // pixels and their bits
+    SoftPoints points;
+  };
+  static Scratch& scratch();
+  std::uint64_t find_unknown(const TracedScene& scene, std::span<const EnvironmentPart> parts,
+                             Scratch& scratch);
   std::uint64_t look_up(const SoftMasks& subjects, const TracedScene& scene, int set);
   std::uint64_t find_open(const TracedScene& scene, const Vec3f& way, std::uint64_t bit,
                           const std::vector<std::uint32_t>& pixels);
   void gather(std::size_t number);
+  using Edge = float[2][4][SoftRows::most];
+  bool find_rows(int x, int y, Edge& edge, SoftRows& rows) const;
 
   std::uint64_t directions_ = 0;  // SoftMasks::directions() of what is known of the scene's part
   // What stays as long as the view, the scene and the directions do; by pixel of the grid.

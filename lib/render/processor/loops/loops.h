@@ -104,12 +104,12 @@ struct ShadowRows {
   const float *inverse[2], *taken[2];
 };
 
-/// What a coarser grid says, by channel, of its pixels around 16 of the picture's row.
+/// What a coarser grid says, by channel, of its pixels around 16 of the picture's row: up to `most` of each.
 struct SoftRows {
   static constexpr int most = 9;
   int step = 4;        ///< pixels of the picture from one of the grid to the next, 2 or 4
   float below = 0.0f;  ///< how far below the upper row these are, of the way to the lower one
-  float inverse[2][most], taken[2][3][most];
+  const float *inverse[2], *taken[2][3];
 };
 
 /// An image of bits, with a column and a row of zeros all around (light_masks.h): word
