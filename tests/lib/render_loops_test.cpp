@@ -137,9 +137,14 @@ TEST_F(RenderLoops, TakeSoftGivesTheSameBits) {
     rows.below = static_cast<float>(round % rows.step) / static_cast<float>(rows.step);
     // All alike, and of two surfaces.
     const float apart = round % 3 ? 0.03f : 0.0003f;
+    float depths[2][SoftRows::most], shares[2][3][SoftRows::most];
     for (int row = 0; row < 2; ++row) {
-      fill(rows.inverse[row], 0.3f, 0.3f + apart);
-      for (auto& taken : rows.taken[row]) fill(taken, 0.0f, 1.0f);
+      fill(depths[row], 0.3f, 0.3f + apart);
+      rows.inverse[row] = depths[row];
+      for (int c = 0; c < 3; ++c) {
+        fill(shares[row][c], 0.0f, 1.0f);
+        rows.taken[row][c] = shares[row][c];
+      }
     }
     float inverse[16], baseline[3][16], avx2[3][16];
     fill(inverse, 0.3f, 0.3f + apart);
