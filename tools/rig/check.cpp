@@ -71,14 +71,13 @@ void examine_camera(const Rig& rig, const Camera& camera, const std::optional<Ve
                     RigReport& report) {
   const Vec3 centre = camera.centre();
   const LensReport lens = examine_lens(camera);
-  const double distance = focus ? glm::length(*focus - centre) : NAN;
   std::optional<Vec2> pixel;
   if (focus) pixel = camera.project(*focus);
   report.table += fmt::format(
-      "{:14} {:4}x{:<4}  {:9.4g} {:9.4g} {:9.4g}  {:7.1f} {:7.1f}  {:5.1f} x {:<5.1f} {:9.4g}  ",
+      "{:14} {:4}x{:<4}  {:9.4g} {:9.4g} {:9.4g}  {:7.1f} {:7.1f}  {:5.1f} x {:<5.1f} {:>9}  ",
       camera.name, camera.width, camera.height, centre.x, centre.y, centre.z, camera.K[0][0],
       camera.K[1][1], field(camera.K[0][0], camera.width), field(camera.K[1][1], camera.height),
-      distance);
+      focus ? fmt::format("{:.4g}", glm::length(*focus - centre)) : "-");
   if (pixel)
     report.table += fmt::format("{:7.1f} {:7.1f}  ", pixel->x, pixel->y);
   else

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <glm/gtc/quaternion.hpp>
 #include <numeric>
 #include <span>
 
@@ -37,6 +38,57 @@ struct Score {
 struct Explanation {
   Score score;
   std::string sentence;
+};
+
+// Poses in another form than x_cam = R x + t, read as if they had it, and how to mend them.
+void transpose(Camera& camera) {
+  camera.R = glm::transpose(camera.R);
+}
+void take_for_centre(Camera& camera) {
+  camera.t = -(camera.R * camera.t);
+}
+void invert(Camera& camera) {
+  transpose(camera);
+  take_for_centre(camera);
+}
+void turn_y_and_z(Camera& camera) {
+  const Mat3 turn(1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0);
+  camera.R = turn * camera.R;
+  camera.t = turn * camera.t;
+}
+void put_w_last(Camera& camera) {
+  const glm::dquat read = glm::quat_cast(camera.R);
+  glm::dquat meant = read;
+  meant.x = read.w, meant.y = read.x, meant.z = read.y, meant.w = read.z;
+  camera.R = glm::mat3_cast(meant);
+}
+
+struct PoseForm {
+  void (*mend)(Camera&);
+  const char* sentence;
+};
+constexpr PoseForm pose_forms[] = {
+    {transpose,
+     "the rotations of all cameras look transposed, rows written for columns: their transposes "
+     "make all agree"},
+    {take_for_centre,
+     "the translations look like the places of the cameras: with t = -R C instead of C all agree"},
+    {invert,
+     "the poses look like camera to world: their inverses (R transposed, t = -R^T t) make all "
+     "agree"},
+    {put_w_last,
+     "the quaternions look like qx qy qz qw where qw qx qy qz, COLMAP's order, was read: turning "
+     "them round makes all agree"},
+    {turn_y_and_z,
+     "the cameras look like OpenGL's or Blender's, y up and looking along -z: the second and the "
+     "third row of [R | t] with the other sign make all agree"},
+    {[](Camera& camera) {
+       invert(camera);
+       turn_y_and_z(camera);
+     },
+     "the poses look like camera to world of OpenGL's or Blender's cameras (y up, looking along "
+     "-z), as in a transforms.json: their inverses, the second and the third row with the other "
+     "sign, make all agree"},
 };
 
 class PictureCheck {
@@ -90,6 +142,7 @@ class PictureCheck {
   void try_exchanges(const std::vector<std::size_t>& suspects);
   void try_turning(const std::vector<std::size_t>& suspects);
   void try_leaving_out();
+  void try_pose_forms();
   void keep(const Score& score, std::string sentence) {
     if (score.good(before_)) found_.push_back({score, std::move(sentence)});
   }
@@ -199,6 +252,17 @@ void PictureCheck::try_turning(const std::vector<std::size_t>& suspects) {
     }
 }
 
+void PictureCheck::try_pose_forms() {
+  const std::vector<SeenSubject> given = as_given();
+  for (const PoseForm& form : pose_forms) {
+    std::vector<Camera> cameras;
+    for (const SeenSubject& view : given) form.mend(cameras.emplace_back(*view.camera));
+    std::vector<SeenSubject> views = given;  // the lens, and so the rings, stay as they are
+    for (std::size_t i = 0; i < views.size(); ++i) views[i].camera = &cameras[i];
+    keep(score_of(views, rig_.bounds), form.sentence);
+  }
+}
+
 void PictureCheck::try_leaving_out() {
   // Any two pictures nearly agree, so what is left says something from three on.
   if (pictures_.size() < 4) return;
@@ -243,6 +307,7 @@ RigReport PictureCheck::run() {
   if (found_.empty()) {
     try_exchanges(suspects);
     try_turning(suspects);
+    try_pose_forms();
   }
   if (found_.empty()) try_leaving_out();
 
@@ -252,12 +317,14 @@ RigReport PictureCheck::run() {
   std::sort(found_.begin(), found_.end(),
             [](const Explanation& a, const Explanation& b) { return a.score.sum < b.score.sum; });
   if (found_.empty()) {
-    report.warnings.push_back(contradiction +
-                              "no single exchange, mirroring or camera explains it; check that all "
-                              "show the same instant, "
-                              "and that the masks show the subject only (--keep-largest 1 leaves "
-                              "out what else there is), "
-                              "then the calibration");
+    report.warnings.push_back(
+        contradiction +
+        "no single exchange, mirroring, camera or other form of the poses explains "
+        "it; check that all "
+        "show the same instant, "
+        "and that the masks show the subject only (--keep-largest 1 leaves "
+        "out what else there is), "
+        "then the calibration");
     return report;
   }
   std::string sentence = contradiction + found_.front().sentence;

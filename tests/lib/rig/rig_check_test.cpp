@@ -174,6 +174,13 @@ TEST(RigCheck, AnOpenFloorIsNoted) {
   EXPECT_TRUE(examine_rig(rig).warnings.empty());
 }
 
+TEST(RigCheck, OneCameraHasNoMiddleOfTheStage) {
+  Rig rig = default_rig();
+  rig.bounds.reset();
+  rig.cameras.resize(1);
+  EXPECT_EQ(examine_rig(rig).table.find("nan"), std::string::npos) << examine_rig(rig).table;
+}
+
 TEST(RigCheck, APersonsHeightInPixelsIsTold) {
   Rig rig = default_rig();
   EXPECT_NE(examine_rig(rig).table.find("a person of 1.75 m there is 40"), std::string::npos)

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <functional>
+#include <glm/gtc/quaternion.hpp>
 
 #include "base/error.h"
 #include "base/picture.h"
@@ -133,6 +135,49 @@ TEST(RigPictures, MirroredAndTurnedPicturesAreNamed) {
             << seconds << ": " << i << ": " << text << examine_pictures(rig, pictures).table;
         EXPECT_FALSE(names(text, "; or")) << text;
       }
+  }
+}
+
+// A rig that was read as if its poses were x_cam = R x + t.
+TEST(RigPictures, PosesInAnotherFormAreNamed) {
+  const Mat3 turn = from_rows({1, 0, 0, 0, -1, 0, 0, 0, -1});
+  const auto invert = [](Camera& camera) {
+    const Vec3 centre = camera.centre();
+    camera.R = glm::transpose(camera.R);
+    camera.t = centre;
+  };
+  const auto to_opengl = [&](Camera& camera) {
+    camera.R = turn * camera.R;
+    camera.t = turn * camera.t;
+  };
+  // Half the angle's sine in x, y, z and its cosine, read as cosine and x, y, z.
+  const auto put_w_first = [](Camera& camera) {
+    const glm::dquat meant = glm::quat_cast(camera.R);
+    glm::dquat read = meant;
+    read.w = meant.x, read.x = meant.y, read.y = meant.z, read.z = meant.w;
+    camera.R = glm::mat3_cast(read);
+  };
+  const std::pair<std::function<void(Camera&)>, const char*> forms[] = {
+      {[](Camera& camera) { camera.R = glm::transpose(camera.R); }, "look transposed"},
+      {[](Camera& camera) { camera.t = camera.centre(); }, "the places of the cameras"},
+      {invert, "the poses look like camera to world: their"},
+      {put_w_first, "qx qy qz qw"},
+      {to_opengl, "the cameras look like OpenGL's"},
+      {[&](Camera& camera) {
+         to_opengl(camera);
+         invert(camera);
+       },
+       "camera to world of OpenGL's"}};
+  Rig rig = default_rig();
+  for (Camera& camera : rig.cameras) camera.distortion = {-0.05, 0.0, 0.0, 0.0};
+  rig.bounds.reset();
+  const std::vector<CameraPictureRings> pictures = rings_of(rig, files_of(rig, 0.0, false));
+  for (const auto& [change, words] : forms) {
+    Rig read = rig;
+    for (Camera& camera : read.cameras) change(camera);
+    const std::string text = said(read, pictures);
+    EXPECT_TRUE(names(text, words)) << words << ": " << text;
+    EXPECT_FALSE(names(text, "; or")) << text;
   }
 }
 
