@@ -212,5 +212,24 @@ TEST(RigImportOpenCv, WhatIsNoCameraIsSaidBeforeWhatItLacks) {
       "this is the form of ROS's camera_info");
 }
 
+TEST(RigImportOpenCv, FilesOfOtherProgramsAreNamed) {
+  const std::pair<const char*, const char*> files[] = {
+      {"<?xml version=\"1.0\"?>\n<document version=\"1.5.0\"><chunk><cameras><camera id=\"0\"/>"
+       "</cameras></chunk></document>\n",
+       "Metashape's file of cameras"},
+      {"<?xml version=\"1.0\"?>\n<calibration><projection>frame</projection></calibration>\n",
+       "a lens alone"},
+      {"{\"fl_x\": 7, \"frames\": [{\"transform_matrix\": [[1, 0, 0, 0]]}]}", "transforms.json"},
+      {"{\"views\": [], \"intrinsics\": [], \"poses\": []}", "Meshroom"},
+      {"# Bundle file v0.3\n4 0\n", "Bundler"},
+      {"NVM_V3\n\n4\n", "VisualSFM"}};
+  for (const auto& [text, name] : files) {
+    expect_refused([&, text = text] { read(text); }, name);
+    expect_refused([&, text = text] { read(text); }, "COLMAP's text model");
+  }
+  // Whatever an OpenCV file has besides.
+  expect_same(read("views: 4\nposes: 4\nimage_size: [1024, 768]\n" + matrices(flat)), one_camera());
+}
+
 }  // namespace
 }  // namespace polyhull

@@ -29,6 +29,23 @@ constexpr const char* add_poses =
     "with one board that all cameras see, rvec and tvec); polyhull-calibrate finds lenses and "
     "poses of all cameras from pictures of a board";
 
+// Files of other programs that people give for OpenCV's, told by texts that all of a kind have.
+struct OtherProgram {
+  std::initializer_list<const char*> marks;
+  const char* name;
+};
+const OtherProgram other_programs[] = {
+    {{"<document", "<chunk", "<camera"}, "Metashape's file of cameras"},
+    {{"<calibration>", "<projection>"}, "Metashape's file of a lens alone"},
+    {{"\"frames\"", "\"transform_matrix\""}, "the transforms.json of NeRF programs"},
+    {{"\"views\"", "\"poses\"", "\"intrinsics\""}, "a Meshroom file (cameras.sfm)"},
+    {{"\"sfm_data_version\""}, "OpenMVG's sfm_data.json"},
+    {{"\"shots\"", "\"cameras\""}, "OpenSfM's reconstruction.json"},
+    {{"xcr:CalibrationPrior"}, "RealityCapture's XMP file"},
+    {{"# Bundle file"}, "a Bundler file"},
+    {{"NVM_V"}, "a VisualSFM file"},
+};
+
 // Lower case, without what joins words: image_Width and imageWidth are the same.
 std::string plain_name(std::string_view name) {
   std::string result;
@@ -40,6 +57,15 @@ std::string plain_name(std::string_view name) {
 
 bool contains_any(const std::string& text, std::initializer_list<const char*> parts) {
   return std::ranges::any_of(parts, [&](const char* part) { return text.find(part) != text.npos; });
+}
+
+const OtherProgram* other_program(const std::string& text) {
+  if (contains_any(text, {"<opencv_storage>", "%YAML"})) return nullptr;
+  const auto* found = std::ranges::find_if(other_programs, [&](const OtherProgram& program) {
+    return std::ranges::all_of(program.marks,
+                               [&](const char* mark) { return text.find(mark) != text.npos; });
+  });
+  return found == std::end(other_programs) ? nullptr : found;
 }
 
 bool is_number(const cv::FileNode& node) {
@@ -92,6 +118,13 @@ void OpenCvFile::open() {
     return;
   }
   if (is_ros()) fail(ros);
+  if (const OtherProgram* program = other_program(text_))
+    fail(fmt::format(
+        "this is {}, which is not read. Write the cameras as COLMAP's text model (cameras.txt and "
+        "images.txt; many programs export it) for `import colmap`, or as an OpenCV file each: "
+        "camera_matrix, distortion_coefficients, R and T, world to camera, x right, y down, z "
+        "forward",
+        program->name));
   std::size_t begin = 0, lines_before = 0;
   for (const Line& line : lines_of(text_)) {
     if (!line.text.empty() && line.text[0] != '#') break;
