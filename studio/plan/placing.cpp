@@ -103,22 +103,55 @@ double wall_distance(const PlanRequest& request, double azimuth) {
   return std::floor(20.0 * wall + 1e-9) / 20.0;  // twentieths of a metre
 }
 
-/// At a distance that is given.
-Camera at_distance(const Camera& like, double azimuth, double distance, double height,
-                   const Stage& stage) {
-  const Camera camera = best_aimed(like, place(azimuth, distance, height), person_on(stage));
-  const double its = reach(camera, person_on(stage));
-  if (!(its <= 1.0)) {
-    const double wider = std::min(its, 20.0) * 0.5 * like.width / like.K[0][0];
-    const double degrees = std::ceil(std::atan(wider) * 360.0 / std::numbers::pi);
-    throw Error(
-        Error::Kind::bad_input,
-        "From {:g} m away, {:g} m high (--heights), a person in the middle of the stage does "
-        "not fit into the picture; {}more distance would do.",
-        distance, height,
-        degrees <= widest ? fmt::format("a field of view of {:.0f} degrees or ", degrees)
-                          : std::string());
-  }
+std::vector<double> heights_of(const PlanRequest& request) {
+  if (!request.heights.empty()) return request.heights;
+  std::vector<double> heights;
+  for (const double share : {0.35, 0.65, 1.0}) heights.push_back(share * request.stage.height);
+  return heights;
+}
+
+/// How far a person in the middle of the stage reaches from the middle of a picture, 1 at its
+/// border, from the worst of the places that far away.
+double worst_reach(const PlanRequest& request, const Camera& like, double distance) {
+  double worst = 0.0;
+  for (const double height : heights_of(request))
+    for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step)
+      worst = std::max(
+          worst, reach(best_aimed(like, place(azimuth, distance, height), person_on(request.stage)),
+                       person_on(request.stage)));
+  return worst;
+}
+
+/// Standing people fit better into pictures that are higher than wide.
+std::string side_hint(const PlanRequest& request) {
+  if (request.width <= request.height) return {};
+  const double fov = 2.0 * std::atan(std::tan(request.fov * std::numbers::pi / 360.0) *
+                                     request.height / request.width);
+  return fmt::format(", or cameras on their side (--picture {}x{} --fov {:.1f})", request.height,
+                     request.width, fov * 180.0 / std::numbers::pi);
+}
+
+[[noreturn]] void refuse_distance(const PlanRequest& request, const Camera& like, double height) {
+  const double wider = std::min(worst_reach(request, like, *request.distance), 20.0) * 0.5 *
+                       like.width / like.K[0][0];
+  const double degrees = std::ceil(std::atan(wider) * 360.0 / std::numbers::pi);
+  double enough = std::floor(20.0 * *request.distance) / 20.0;  // twentieths of a metre
+  do enough += 0.05;
+  while (enough < furthest && !(worst_reach(request, like, enough) <= 1.0));
+  throw Error(Error::Kind::bad_input,
+              "From {:g} m away, {:g} m high (--heights), a person in the middle of the stage does "
+              "not fit into the picture; {}a distance of {:.2f} m would do{}.",
+              *request.distance, height,
+              degrees <= widest ? fmt::format("a field of view of {:.0f} degrees or ", degrees)
+                                : std::string(),
+              enough, side_hint(request));
+}
+
+/// At the distance that is given.
+Camera at_distance(const PlanRequest& request, const Camera& like, double azimuth, double height) {
+  const Camera camera =
+      best_aimed(like, place(azimuth, *request.distance, height), person_on(request.stage));
+  if (!(reach(camera, person_on(request.stage)) <= 1.0)) refuse_distance(request, like, height);
   return camera;
 }
 
@@ -130,8 +163,7 @@ std::optional<Camera> candidate_at(const PlanRequest& request, const Camera& lik
     const Camera camera = nearest_whole(like, azimuth, height, request.stage);
     return distance_of(camera) <= wall ? std::optional(camera) : std::nullopt;
   }
-  if (wall >= *request.distance)
-    return at_distance(like, azimuth, *request.distance, height, request.stage);
+  if (wall >= *request.distance) return at_distance(request, like, azimuth, height);
   const Vec3 centre = place(azimuth, wall, height);
   const Camera camera = best_aimed(like, centre, person_on(request.stage));
   const bool on_stage = std::abs(centre.x) <= 0.5 * request.stage.width &&
@@ -143,14 +175,15 @@ std::optional<Camera> candidate_at(const PlanRequest& request, const Camera& lik
 [[noreturn]] void refuse_room(const PlanRequest& request, std::size_t places) {
   throw Error(Error::Kind::bad_input,
               "Within the room's walls there are {} places for cameras from which {} the picture, "
-              "fewer than {} cameras; a wider field of view, a smaller stage{} would do.",
+              "fewer than {} cameras; a wider field of view, a smaller stage{} would do{}.",
               places,
               request.distance ? "a person in the middle of the stage fits into"
                                : "the whole stage fits into",
               request.cameras,
               request.distance ? ""
                                : ", or a distance (--distance), for which a person in the middle "
-                                 "is enough,");
+                                 "is enough,",
+              side_hint(request));
 }
 
 void check(const PlanRequest& request) {
@@ -252,13 +285,9 @@ std::vector<Camera> chosen(const Choice& choice, const std::vector<Camera>& cand
 
 std::vector<Camera> candidates_of(const PlanRequest& request) {
   check(request);
-  std::vector<double> heights = request.heights;
-  if (heights.empty()) {
-    for (const double share : {0.35, 0.65, 1.0}) heights.push_back(share * request.stage.height);
-  }
   const Camera like = camera_of(request);
   std::vector<Camera> candidates;
-  for (const double height : heights) {
+  for (const double height : heights_of(request)) {
     for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step) {
       if (const auto camera = candidate_at(request, like, azimuth, height))
         candidates.push_back(*camera);

@@ -296,6 +296,18 @@ TEST(Candidates, RefusalsSayWhatWouldDo) {
   EXPECT_TRUE(mentions(refusal(request), "a field of view of")) << refusal(request);
   request.distance = 1.0;
   EXPECT_TRUE(mentions(refusal(request), "1.70 m")) << refusal(request);
+  // The distance that is said would do, does.
+  request = small_request(4);
+  request.distance = 1.75;
+  const std::string text = refusal(request);
+  EXPECT_TRUE(mentions(text, "cameras on their side (--picture 384x512 --fov 57.5)")) << text;
+  const std::string before = "a distance of ";
+  ASSERT_TRUE(mentions(text, before)) << text;
+  const double enough = std::stod(text.substr(text.find(before) + before.size()));
+  request.distance = enough;
+  EXPECT_EQ(candidates_of(request).size(), 72u);
+  request.distance = enough - 0.05;
+  EXPECT_NE(refusal(request), "");
   request = small_request(1);
   EXPECT_TRUE(mentions(refusal(request), "2 to 64")) << refusal(request);
   request = small_request(4);
