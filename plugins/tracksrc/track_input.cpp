@@ -53,6 +53,7 @@ TrackInput::TrackInput(GstElement* element, Statistics& statistics)
                       "lenses-unread",
                       "lenses-doubtful",
                       "lenses-outside",
+                      "places-doubtful",
                       "polls",
                       "silences",
                       "recorded",
@@ -69,6 +70,7 @@ void TrackInput::open(const TrackInputSettings& settings, std::uint16_t port) {
   if (!settings.lens_file.empty())
     lens_ = std::make_shared<const LensTable>(load_lens_table(settings.lens_file));
   lens_doubts_ = {};
+  place_doubted_ = false;
   reader_ = {};
   track_ = Track(track_settings(settings));
   source_ = settings.source;
@@ -138,15 +140,27 @@ void TrackInput::tell_left_out(const Datagram& datagram) {
                     datagram.sender(), *reader_.lens_unread()));
 }
 
+void TrackInput::doubt(const char* counter, bool& said, const std::string& what) {
+  if (std::exchange(said, true))
+    statistics_.count(counter);
+  else
+    statistics_.warn(element_, counter, what);
+}
+
+/// Counts, and says once, that \p pose is farther from the tracker's origin than any stage is large.
+void TrackInput::doubt_place(const TrackedPose& pose) {
+  const double away = glm::length(pose.place);
+  if (away > 1000.0)
+    doubt("places-doubtful", place_doubted_,
+          fmt::format("The tracked camera is {:.4g} m from the tracker's origin. OpenTrackIO tells "
+                      "metres: where it is {:.4g} m, the sender tells millimetres and has to be "
+                      "set right.",
+                      away, 0.001 * away));
+}
+
 /// Counts, and says of each kind once, why the field of view will not be that of the lens of \p pose,
 /// which the last packet told.
 void TrackInput::doubt_lens(const TrackedPose& pose, const TrackInputSettings& settings) {
-  const auto doubt = [&](const char* counter, bool& said, const std::string& what) {
-    if (std::exchange(said, true))
-      statistics_.count(counter);
-    else
-      statistics_.warn(element_, counter, what);
-  };
   if (reader_.lens_outside())
     doubt("lenses-outside", lens_doubts_.outside,
           fmt::format(
@@ -206,6 +220,7 @@ std::optional<TrackInput::Timed> TrackInput::place(TrackedPose pose, const Datag
   if (by_clock && track_.counters().times_unusable != unusable)
     statistics_.warn(element_, "times-unusable", wrong_clock);
   if (!taken) return {};
+  doubt_place(pose);
   doubt_lens(pose, settings);
   const std::int64_t time = *track_.end();
   Timed timed{time - track_.lag_ns(), *track_.at(time), track_.lag_ns()};

@@ -57,6 +57,8 @@ class TrackInput {
   std::optional<Timed> place(TrackedPose pose, const Datagram& datagram,
                              const TrackInputSettings& settings, bool by_clock);
   void tell_left_out(const Datagram& datagram);
+  void doubt(const char* counter, bool& said, const std::string& what);
+  void doubt_place(const TrackedPose& pose);
   void doubt_lens(const TrackedPose& pose, const TrackInputSettings& settings);
   void tell();
 
@@ -70,6 +72,7 @@ class TrackInput {
     std::optional<double> first_zoom;  // of encoders that nothing reads
   };
   LensDoubts lens_doubts_;  // that were said
+  bool place_doubted_ = false;
   Track track_{{}};
   std::unique_ptr<PacketRecorder> recorder_;
   std::string source_;  // the property, as it was

@@ -297,6 +297,19 @@ ELEMENT_TEST(test_times_of_the_clock) {
   expect_in(said[0], {"PTP", "times=sender"});
 }
 
+// As of a sender that tells millimetres; said once.
+ELEMENT_TEST(test_places_that_no_stage_has) {
+  Bench bench("port=0");
+  bench.at(10 * ms, json_bytes(sample({0, 0, 0}, {900, 0, 0})));
+  fail_unless_equals_uint64(statistic(bench.element, "places-doubtful"), 0);
+  for (guint64 i = 1; i < 3; ++i)
+    bench.at((10 + i) * ms, json_bytes(sample({0, 0, 0}, {3000.0 + static_cast<double>(i), 0, 0})));
+  fail_unless_equals_uint64(statistic(bench.element, "places-doubtful"), 2);
+  const auto said = warnings_on(bench.bus);
+  fail_unless_equals_int(said.size(), 1);
+  expect_in(said[0], {"3001 m", "millimetres"});
+}
+
 ELEMENT_TEST(test_what_is_left_out_is_said) {
   Bench bench("port=0");
   nlohmann::json value = sample({0, 0, 0}, {1, 0, 0});
