@@ -163,6 +163,11 @@ RadiancePicture load_radiance(const std::string& path) {
   if (!bytes)
     throw Error(Error::Kind::not_found, "Picture '{}' cannot be opened for reading.", path);
   if (bytes->starts_with("#?")) return HdrReader(path, *bytes).read();
+  if (bytes->starts_with("\x76\x2f\x31\x01"))
+    throw Error(Error::Kind::unsupported,
+                "Picture '{}' is an OpenEXR file, which is not read; save it as Radiance .hdr "
+                "(Blender: Image > Save As).",
+                path);
   const Picture picture =
       decode_picture({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, 3,
                      "environment picture '" + path + "', which is no .hdr file,");

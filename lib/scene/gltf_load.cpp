@@ -424,8 +424,12 @@ Scene load_scene(const std::string& path) {
   }
   const std::string ending = lower_case(std::filesystem::path(path).extension().string());
   if (ending != ".glb" && ending != ".gltf") {
-    throw Error(Error::Kind::unsupported,
-                "Scene '{}': the name must end in .glb or .gltf (glTF 2.0).", path);
+    throw Error(
+        Error::Kind::unsupported,
+        "Scene '{}': the name must end in .glb or .gltf, for only glTF 2.0 is read. Import "
+        "other kinds (OBJ, PLY, FBX, USD, ...) into Blender and export the scene from there "
+        "as glTF.",
+        path);
   }
   const tinygltf::Model model = read_gltf(path);
   return Loader(model, path).load();

@@ -62,7 +62,7 @@ constexpr Property<S> place_property(const char* name, const char* blurb) {
             return true;
           },
           [](const S&, GValue*) {},
-          "three numbers with commas between, as in 1.15,1.5,2.75, each"};
+          "three numbers as in 1.15,1.5,2.75, each"};
 }
 
 }  // namespace

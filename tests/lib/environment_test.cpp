@@ -102,6 +102,7 @@ TEST_F(EnvironmentFileTest, WhatIsBrokenIsSaid) {
                     length < whole.find("+X 32\n") + 6 ? "readable" : "cut off"))
         << length;
   EXPECT_TRUE(has(said("half of it"), "no .hdr file"));
+  EXPECT_TRUE(has(said("\x76\x2f\x31\x01\x02"), "OpenEXR"));
   EXPECT_TRUE(has(said("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 2\n"), "rle_xyze"));
   EXPECT_TRUE(has(said("#?RADIANCE\n\n+Y 1 +X 2\n"), "-Y HEIGHT +X WIDTH"));
   EXPECT_TRUE(has(said("#?RADIANCE\n\n-Y 100000 +X 200000\n"), "at most"));

@@ -315,6 +315,8 @@ TEST(Mirrors, OfSeveralMeshesAreOneWhereTheyMirrorAlike) {
 
 TEST_F(SceneFile, BadFilesAreRefusedWithReasons) {
   EXPECT_TRUE(contains(failure("/nowhere/room.glb"), "does not exist"));
+  std::ofstream(folder_ / "room.ply") << "ply";
+  EXPECT_TRUE(contains(failure(folder_.file("room.ply")), "into Blender and export"));
   std::ofstream(folder_ / "text.glb") << "this is not a glTF file";
   EXPECT_TRUE(contains(failure(folder_.file("text.glb")), "not a readable glTF"));
   std::ofstream(folder_ / "text.gltf") << "{ \"asset\": ";
