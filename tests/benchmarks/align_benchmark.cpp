@@ -14,6 +14,7 @@
 #include "mesh/texture_mesh.h"
 #include "refine/refine.h"
 #include "render/processor/processor_renderer.h"
+#include "sheet.h"
 #include "support/body_scenes.h"
 #include "support/camera_contours.h"
 
@@ -129,15 +130,10 @@ void save(const std::vector<Picture>& pictures, const std::string& path) {
       top = std::min(top, y);
       bottom = y + 1;
     }
-  const int width = right - left;
-  Picture sheet{width * static_cast<int>(pictures.size()), bottom - top, 3, {}};
-  sheet.pixels.resize(static_cast<std::size_t>(sheet.width) * sheet.height * 3);
-  for (std::size_t n = 0; n < pictures.size(); ++n)
-    for (int y = top; y < bottom; ++y)
-      for (int x = 0; x < width; ++x)
-        std::copy_n(pictures[n].row(y) + 4 * (left + x), 3,
-                    sheet.row(y - top) + 3 * (static_cast<int>(n) * width + x));
-  save_picture(sheet, path);
+  const int count = static_cast<int>(pictures.size());
+  benchmark::Sheet sheet(count, 1, {left, top, right - left, bottom - top});
+  for (int n = 0; n < count; ++n) sheet.put(pictures[static_cast<std::size_t>(n)], n, 0);
+  sheet.save(path);
 }
 
 struct Options {
@@ -233,13 +229,13 @@ void add(Row& mean, const Row& row, double share) {
 }
 
 /// Frames of the figure's walk from half way between the first two cameras.
-void measure_motion(const std::string& name, const Body& figure, const Options& options) {
+void measure_motion(const std::string& name, const test::Body& figure, const Options& options) {
   const Rig rig = body_rig(name);
   Pair last[2];
   double sum[2] = {};
   constexpr int frames = 8;
   for (int frame = 0; frame <= frames; ++frame) {
-    Body body = figure;
+    test::Body body = figure;
     body.seconds = 2.0 + frame / 25.0;
     const BodyScene scene = body_scene(rig, body);
     Mesh mesh = mesh_of(scene, options.wrong);
@@ -256,12 +252,12 @@ void measure_motion(const std::string& name, const Body& figure, const Options& 
 
 void run_all(const Options& options) {
   const char* data = std::getenv("POLYHULL_DATA");
-  std::vector<Body> bodies = study_bodies(data ? data : "");
+  std::vector<test::Body> bodies = study_bodies(data ? data : "");
   if (options.motion) {
     for (const std::string& name : options.rigs) measure_motion(name, bodies.front(), options);
     return;
   }
-  std::erase_if(bodies, [&](const Body& body) {
+  std::erase_if(bodies, [&](const test::Body& body) {
     return !options.scenes.empty() && std::find(options.scenes.begin(), options.scenes.end(),
                                                 body.name) == options.scenes.end();
   });
@@ -271,7 +267,7 @@ void run_all(const Options& options) {
   for (const std::string& name : options.rigs) {
     const Rig rig = body_rig(name);
     Row mean;
-    for (const Body& body : bodies) {
+    for (const test::Body& body : bodies) {
       const Row row = measure_scene(name, body_scene(rig, body), options);
       print(table, name, body.name, row);
       add(mean, row, 1.0 / static_cast<double>(bodies.size()));

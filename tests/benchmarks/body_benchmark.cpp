@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <optional>
 
 #include "body_methods.h"
 #include "body_motion.h"
@@ -20,7 +19,7 @@ namespace {
 
 using namespace polyhull;
 using namespace polyhull::test;
-using benchmark::body_methods, benchmark::Method, benchmark::Sheet;
+using benchmark::body_methods, benchmark::Method, benchmark::BodySheet;
 using benchmark::median, benchmark::now, benchmark::Table;
 
 /// What one method costs, and how wrong it is.
@@ -100,7 +99,7 @@ void measure_rig(const std::string& name, const std::vector<Body>& bodies, const
     const BodyScene scene = body_scene(rig, body);
     HullStage stage;
     const Hull& hull = hull_of(scene, stage, options.threads);
-    Sheet sheet(scene, hull);
+    BodySheet sheet(scene, hull);
     for (std::size_t m = 0; m < used.size(); ++m) {
       Row row;
       const Hull surface = run(used[m], scene, hull, options.runs, row);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sheet.h"
+
 namespace polyhull::benchmark {
 
 using namespace test;
@@ -29,34 +31,24 @@ Rectangle region_of(const TriangleSurface& surface, const Camera& camera) {
 
 }  // namespace
 
-Sheet::Sheet(const BodyScene& scene, const Hull& hull)
+BodySheet::BodySheet(const BodyScene& scene, const Hull& hull)
     : scene_(scene),
       camera_(scene.between.front()),
       region_(region_of(surface_of(hull), camera_)) {}
 
-void Sheet::add(const Hull& surface) {
+void BodySheet::add(const Hull& surface) {
   columns_.push_back({plaster(surface_of(surface), camera_), textured(surface, scene_, camera_)});
 }
 
-void Sheet::save(const std::string& path) {
+void BodySheet::save(const std::string& path) {
   columns_.push_back({plaster(scene_.truth, camera_), scene_.seen.front()});
   const int across = static_cast<int>(columns_.size());
-  Picture sheet{across * region_.width, 2 * region_.height, 3, {}};
-  sheet.pixels.resize(static_cast<std::size_t>(sheet.width) * sheet.height * 3);
-  for (int column = 0; column < across; ++column) {
-    const auto& pictures = columns_[static_cast<std::size_t>(column)];
-    paste(pictures[0], column * region_.width, 0, sheet);
-    paste(pictures[1], column * region_.width, region_.height, sheet);
-  }
-  save_picture(sheet, path);
-}
-
-void Sheet::paste(const Picture& from, int x, int y, Picture& sheet) const {
-  for (int j = 0; j < region_.height; ++j) {
-    const std::uint8_t* in = from.row(region_.y + j) + from.channels * region_.x;
-    std::uint8_t* out = sheet.row(y + j) + 3 * x;
-    for (int i = 0; i < region_.width; ++i) std::copy_n(in + from.channels * i, 3, out + 3 * i);
-  }
+  Sheet sheet(across, 2, region_);
+  for (int column = 0; column < across; ++column)
+    for (int row = 0; row < 2; ++row)
+      sheet.put(columns_[static_cast<std::size_t>(column)][static_cast<std::size_t>(row)], column,
+                row);
+  sheet.save(path);
 }
 
 }  // namespace polyhull::benchmark

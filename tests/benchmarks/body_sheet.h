@@ -13,10 +13,10 @@ namespace polyhull::benchmark {
 
 /// Pictures of one scene from half way between its first two cameras, in two rows: plaster above,
 /// colours below.
-class Sheet {
+class BodySheet {
  public:
   /// \p hull: of the scene, which says what the pictures hold. Both outlive the sheet.
-  Sheet(const test::BodyScene& scene, const Hull& hull);
+  BodySheet(const test::BodyScene& scene, const Hull& hull);
 
   /// A column.
   void add(const Hull& surface);
@@ -25,8 +25,6 @@ class Sheet {
   void save(const std::string& path);
 
  private:
-  void paste(const Picture& from, int x, int y, Picture& sheet) const;
-
   const test::BodyScene& scene_;
   const Camera& camera_;
   Rectangle region_;

@@ -10,9 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +19,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "benchmarks/measure.h"
 #include "command_line.h"
 #include "hull/build/hull_builder.h"
 #include "support/cgal_hull.h"
@@ -43,20 +42,8 @@ struct Arguments {
   double seconds = 1.0;
 };
 
-/// The median time of \p work in milliseconds, repeated for about \p seconds, at least three times.
-double median_ms(double seconds, const std::function<void()>& work) {
-  std::vector<double> times;
-  double total = 0.0;
-  work();  // warms up
-  while (times.size() < 3 || (total < seconds && times.size() < 1000)) {
-    const auto begin = std::chrono::steady_clock::now();
-    work();
-    times.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    total += times.back();
-  }
-  std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
-  return 1e3 * times[times.size() / 2];
+double timed(double seconds, const std::function<void()>& work) {
+  return benchmark::median_ms(work, seconds, 3, 1000);
 }
 
 /// The time of CGAL's booleans; NaN where it refuses the cones. In a process of its own, because
@@ -78,39 +65,22 @@ double cgal_ms(std::span<const Silhouette> views, double near, double far) {
   return seconds * 1e3;
 }
 
-std::FILE* open_table(const Arguments& arguments, const char* name, const char* header) {
-  const std::string path = arguments.output + "/" + name;
-  std::FILE* file = std::fopen(path.c_str(), arguments.append ? "a" : "w");
-  if (!file) throw Error(Error::Kind::io, "{}: cannot write.", path);
-  if (!arguments.append) std::fprintf(file, "%s\n", header);
-  std::printf("\n%s\n%s\n", name, header);
-  return file;
-}
-
-/// One row to the table and to the terminal.
-template <class... Values>
-void row(std::FILE* file, const char* format, Values... values) {
-  std::fprintf(file, format, values...);
-  std::printf(format, values...);
-  std::fflush(file);
-  std::fflush(stdout);
-}
-
 double time_of(const HullScene& scene, int threads, double seconds) {
   HullBuilder builder;
   HullOptions options;
   options.threads = threads;
   options.reuse = false;
   const auto views = scene.views();
-  return median_ms(seconds, [&] { builder.build(views, options); });
+  return timed(seconds, [&] { builder.build(views, options); });
 }
 
 void compare_peers(const Arguments& arguments) {
-  std::FILE* file = open_table(
-      arguments, "hull_peers.csv",
+  benchmark::Table table(
+      arguments.output + "/hull_peers.csv",
       "scene,cameras,contour_vertices,ms_1_thread,ms_2_threads,cgal_ms,cgal_times,voxel128_ms,"
       "voxel128_wrong,triangles,closed,manifold,wrong_points,points,volume,volume_error,"
-      "sliver_percent,exact_percent");
+      "sliver_percent,exact_percent",
+      arguments.append);
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(arguments.data + "/hull_scenes")) {
     const std::string name = entry.path().stem().string();
@@ -140,49 +110,47 @@ void compare_peers(const Arguments& arguments) {
       cgal = cgal_ms(views, depth * 2.6 / 4.2, depth * 5.8 / 4.2);
     }
     VoxelHull voxels(box, 128);
-    const double voxel_ms = median_ms(arguments.seconds / 4, [&] { voxels.build(views); });
+    const double voxel_ms = timed(arguments.seconds / 4, [&] { voxels.build(views); });
     const auto voxel_wrong = compare_membership(voxels.build(views), views, {}, box, 200000, 12345);
 
-    row(file, "%s,%zu,%zu,%.3f,%.3f,%.1f,%.0f,%.2f,%.4f,%zu,%d,%d,%zu,%zu,%.9g,%.1e,%.2f,%.5f\n",
-        scene.name.c_str(), views.size(), scene.contour_vertices(), one, two, cgal, cgal / one,
-        voxel_ms, double(voxel_wrong.wrong()) / 200000.0, mesh.triangles, int(mesh.closed()),
-        int(mesh.manifold()), wrong.wrong(), wrong.points, mesh.volume,
-        scene.reference_volume ? mesh.volume / *scene.reference_volume - 1 : NAN,
-        100 * mesh.sliver_share(),
-        100.0 * double(statistics.exact_predicates) /
-            double(std::max<std::uint64_t>(statistics.predicates, 1)));
+    table.row("%s,%zu,%zu,%.3f,%.3f,%.1f,%.0f,%.2f,%.4f,%zu,%d,%d,%zu,%zu,%.9g,%.1e,%.2f,%.5f",
+              scene.name.c_str(), views.size(), scene.contour_vertices(), one, two, cgal,
+              cgal / one, voxel_ms, double(voxel_wrong.wrong()) / 200000.0, mesh.triangles,
+              int(mesh.closed()), int(mesh.manifold()), wrong.wrong(), wrong.points, mesh.volume,
+              scene.reference_volume ? mesh.volume / *scene.reference_volume - 1 : NAN,
+              100 * mesh.sliver_share(),
+              100.0 * double(statistics.exact_predicates) /
+                  double(std::max<std::uint64_t>(statistics.predicates, 1)));
   }
-  std::fclose(file);
 }
 
 void measure_growth(const Arguments& arguments) {
-  std::FILE* file =
-      open_table(arguments, "hull_growth.csv", "what,cameras,contour_vertices,ms,triangles");
+  benchmark::Table table(arguments.output + "/hull_growth.csv",
+                         "what,cameras,contour_vertices,ms,triangles", arguments.append);
   const auto measure = [&](const char* what, const HullScene& scene) {
     HullBuilder builder;
     const std::size_t triangles = builder.build(scene.views()).triangles.size() / 3;
-    row(file, "%s,%zu,%zu,%.3f,%zu\n", what, scene.rig.cameras.size(), scene.contour_vertices(),
-        time_of(scene, 1, arguments.seconds / 2), triangles);
+    table.row("%s,%zu,%zu,%.3f,%zu", what, scene.rig.cameras.size(), scene.contour_vertices(),
+              time_of(scene, 1, arguments.seconds / 2), triangles);
   };
   for (double step : {32.0, 24.0, 16.0, 12.0, 8.0, 6.0, 4.0, 3.0, 2.0})
     measure("vertices", figure_scene(8, step));
   for (int cameras : {2, 3, 4, 6, 8, 12, 16, 24, 32}) measure("cameras", figure_scene(cameras, 8));
-  std::fclose(file);
 }
 
 void measure_threads(const Arguments& arguments) {
-  std::FILE* file = open_table(arguments, "hull_threads.csv", "scene,threads,ms,times_faster");
+  benchmark::Table table(arguments.output + "/hull_threads.csv", "scene,threads,ms,times_faster",
+                         arguments.append);
   for (const HullScene& scene :
        {figure_scene(4, 8), figure_scene(8, 8), figure_scene(8, 2), figure_scene(16, 8)}) {
     double one = 0.0;
     for (int threads : {1, 2, 4}) {
       const double ms = time_of(scene, threads, arguments.seconds / 2);
       if (threads == 1) one = ms;
-      row(file, "%s with %zu vertices,%d,%.3f,%.2f\n", scene.name.c_str(), scene.contour_vertices(),
-          threads, ms, one / ms);
+      table.row("%s with %zu vertices,%d,%.3f,%.2f", scene.name.c_str(), scene.contour_vertices(),
+                threads, ms, one / ms);
     }
   }
-  std::fclose(file);
 }
 
 double resident_megabytes() {
@@ -193,9 +161,10 @@ double resident_megabytes() {
 }
 
 void measure_steady_state(const Arguments& arguments) {
-  std::FILE* file = open_table(arguments, "hull_steady.csv",
-                               "scene,new_ms,unchanged_ms,unchanged_percent,one_changed_ms,"
-                               "one_changed_percent,resident_mb_before,resident_mb_after");
+  benchmark::Table table(arguments.output + "/hull_steady.csv",
+                         "scene,new_ms,unchanged_ms,unchanged_percent,one_changed_ms,"
+                         "one_changed_percent,resident_mb_before,resident_mb_after",
+                         arguments.append);
   for (int cameras : {4, 8, 16}) {
     // All cameras move from frame to frame; or none; or one.
     std::vector<HullScene> frames;
@@ -203,22 +172,21 @@ void measure_steady_state(const Arguments& arguments) {
     HullBuilder builder;
     int frame = 0;
     const auto all = [&] { builder.build(frames[std::size_t(++frame % 4)].views()); };
-    const double fresh = median_ms(arguments.seconds, all);
+    const double fresh = timed(arguments.seconds, all);
     const double before = resident_megabytes();
     for (int i = 0; i < 200; ++i) all();
     const double after = resident_megabytes();
     const double unchanged =
-        median_ms(arguments.seconds / 4, [&] { builder.build(frames[0].views()); });
+        timed(arguments.seconds / 4, [&] { builder.build(frames[0].views()); });
     auto views = frames[0].views();
-    const double one = median_ms(arguments.seconds, [&] {
+    const double one = timed(arguments.seconds, [&] {
       views[1].rings = &frames[std::size_t(++frame % 2)].silhouettes[1];
       builder.build(views);
     });
-    row(file, "%s with %zu vertices,%.3f,%.4f,%.2f,%.3f,%.1f,%.1f,%.1f\n", frames[0].name.c_str(),
-        frames[0].contour_vertices(), fresh, unchanged, 100 * unchanged / fresh, one,
-        100 * one / fresh, before, after);
+    table.row("%s with %zu vertices,%.3f,%.4f,%.2f,%.3f,%.1f,%.1f,%.1f", frames[0].name.c_str(),
+              frames[0].contour_vertices(), fresh, unchanged, 100 * unchanged / fresh, one,
+              100 * one / fresh, before, after);
   }
-  std::fclose(file);
 }
 
 }  // namespace

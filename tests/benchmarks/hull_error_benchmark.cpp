@@ -5,13 +5,12 @@
 // hull's silhouettes' overlap with the body's (in its own cameras and in others), its volume, and
 // its distance to the body.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 
-#include "base/error.h"
+#include "benchmarks/measure.h"
 #include "command_line.h"
 #include "hull/build/hull_builder.h"
 #include "silhouette/blur/blur.h"
@@ -43,25 +42,17 @@ Rings trace(const Picture& mask) {
   return rings;
 }
 
-double median_ms(const std::function<void()>& work) {
-  std::vector<double> times;
-  work();
-  for (double total = 0.0; times.size() < 5 || (total < 0.5 && times.size() < 200);) {
-    const auto begin = std::chrono::steady_clock::now();
-    work();
-    times.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    total += times.back();
-  }
-  std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
-  return 1e3 * times[times.size() / 2];
+double timed(const std::function<void()>& work) {
+  return benchmark::median_ms(work, 0.5, 5, 200);
 }
 
 class Study {
  public:
-  Study(const std::string& body_path, const std::string& output) : body_(load_surface(body_path)) {
-    file_ = std::fopen((output + "/hull_error.csv").c_str(), "w");
-    if (!file_) throw Error(Error::Kind::io, "{}: cannot write hull_error.csv.", output);
+  Study(const std::string& body_path, const std::string& output)
+      : body_(load_surface(body_path)),
+        table_(output + "/hull_error.csv",
+               "method,setting,contour_vertices,ms,triangles,iou_own,iou_others,volume,body_volume,"
+               "hausdorff_mm,body_to_hull_max_mm,hull_to_body_mean_mm") {
     Vec3 low = body_.vertices[0], high = low;
     for (const Vec3& v : body_.vertices) {
       low = glm::min(low, v);
@@ -80,14 +71,8 @@ class Study {
     }
     for (const Picture& mask : own_masks_) traced_.push_back(trace(mask));
   }
-  ~Study() { std::fclose(file_); }
 
   void run() {
-    const char* header =
-        "method,setting,contour_vertices,ms,triangles,iou_own,iou_others,volume,body_volume,"
-        "hausdorff_mm,body_to_hull_max_mm,hull_to_body_mean_mm";
-    std::fprintf(file_, "%s\n", header);
-    std::printf("%s\n", header);
     std::vector<Rings> finest;
     for (double tolerance : {0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0}) {
       std::vector<Rings> rings(traced_.size());
@@ -103,14 +88,14 @@ class Study {
       options.reuse = false;
       const auto views = views_of(rings);
       const Hull* hull = nullptr;
-      const double ms = median_ms([&] { hull = &builder.build(views, options); });
+      const double ms = timed([&] { hull = &builder.build(views, options); });
       report("exact", tolerance, rings, ms, *hull);
     }
     for (int cells : {32, 48, 64, 96, 128, 192, 256}) {
       VoxelHull voxels(bounds_, cells);
       const auto views = views_of(finest);
       const Hull* hull = nullptr;
-      const double ms = median_ms([&] { hull = &voxels.build(views); });
+      const double ms = timed([&] { hull = &voxels.build(views); });
       report("voxels", cells, finest, ms, *hull);
     }
   }
@@ -136,17 +121,13 @@ class Study {
     }
     const auto out = distance_between(surface, body_, 40000),
                in = distance_between(body_, surface, 40000);
-    for (std::FILE* to : {file_, stdout}) {
-      std::fprintf(to, "%s,%g,%zu,%.3f,%zu,%.5f,%.5f,%.6f,%.6f,%.2f,%.2f,%.3f\n", method, setting,
-                   vertices, ms, surface.triangles.size(), own, others, volume_of(surface),
-                   volume_of(body_), 1e3 * std::max(out.greatest, in.greatest), 1e3 * in.greatest,
-                   1e3 * out.mean);
-      std::fflush(to);
-    }
+    table_.row("%s,%g,%zu,%.3f,%zu,%.5f,%.5f,%.6f,%.6f,%.2f,%.2f,%.3f", method, setting, vertices,
+               ms, surface.triangles.size(), own, others, volume_of(surface), volume_of(body_),
+               1e3 * std::max(out.greatest, in.greatest), 1e3 * in.greatest, 1e3 * out.mean);
   }
 
   TriangleSurface body_;
-  std::FILE* file_ = nullptr;
+  benchmark::Table table_;
   Bounds bounds_;
   std::vector<Camera> own_, others_;
   std::vector<Picture> own_masks_, other_masks_;

@@ -5,12 +5,11 @@
 // to the diagonal of the hull's box.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 
-#include "base/error.h"
+#include "benchmarks/measure.h"
 #include "command_line.h"
 #include "hull/build/hull_builder.h"
 #include "support/cgal_self_intersections.h"
@@ -21,7 +20,7 @@
 namespace polyhull::test {
 namespace {
 
-void measure(std::FILE* file, const HullScene& scene, const std::vector<double>& deviations,
+void measure(benchmark::Table& table, const HullScene& scene, const std::vector<double>& deviations,
              std::size_t points, std::size_t crossing_limit) {
   const auto views = scene.views();
   HullBuilder builder;
@@ -41,15 +40,11 @@ void measure(std::FILE* file, const HullScene& scene, const std::vector<double>&
     const double crossings = mesh.triangles <= crossing_limit
                                  ? static_cast<double>(count_self_intersections(hull))
                                  : NAN;
-    char line[400];
-    std::snprintf(line, sizeof line, "%s,%g,%.4g,%zu,%.3f,%zu,%zu,%g,%d,%.2e,%zu,%zu,%.2e,%.2f\n",
-                  scene.name.c_str(), relative, options.max_deviation, mesh.triangles,
-                  100 * mesh.sliver_share(), planes.flipped, mesh.flat_triangles, crossings,
-                  int(mesh.sound()), mesh.volume / volume - 1, wrong.wrong(), wrong.points,
-                  wrong.worst_distance / diagonal, ms);
-    std::fputs(line, file);
-    std::fputs(line, stdout);
-    std::fflush(stdout);
+    table.row("%s,%g,%.4g,%zu,%.3f,%zu,%zu,%g,%d,%.2e,%zu,%zu,%.2e,%.2f", scene.name.c_str(),
+              relative, options.max_deviation, mesh.triangles, 100 * mesh.sliver_share(),
+              planes.flipped, mesh.flat_triangles, crossings, int(mesh.sound()),
+              mesh.volume / volume - 1, wrong.wrong(), wrong.points,
+              wrong.worst_distance / diagonal, ms);
   }
 }
 
@@ -72,21 +67,17 @@ int main(int argc, char** argv) {
                  "Triangles up to which crossing triangles are counted");
   command.option("--deviations", &deviations, "Relative to the diagonal of the hull's box");
   return command.run(argc, argv, [&] {
-    std::FILE* file = std::fopen((output + "/hull_slivers.csv").c_str(), "w");
-    if (!file) throw Error(Error::Kind::io, "{}: cannot write hull_slivers.csv.", output);
-    const char* header =
+    benchmark::Table table(
+        output + "/hull_slivers.csv",
         "scene,relative_deviation,deviation,triangles,sliver_percent,flipped,flat,crossing_pairs,"
-        "sound,volume_change,wrong_points,points,worst_relative,triangulate_ms\n";
-    std::fputs(header, file);
-    std::fputs(header, stdout);
+        "sound,volume_change,wrong_points,points,worst_relative,triangulate_ms");
     std::vector<std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(data + "/hull_scenes"))
       if (entry.path().extension() == ".json") files.push_back(entry.path().string());
     std::sort(files.begin(), files.end());
     for (const std::string& path : files)
       if (path.find(only) != std::string::npos)
-        test::measure(file, load_hull_scene(path), deviations, points, crossing_limit);
-    std::fclose(file);
+        test::measure(table, load_hull_scene(path), deviations, points, crossing_limit);
     return 0;
   });
 }

@@ -11,6 +11,7 @@
 #include "hull/build/stage.h"
 #include "hull/measure.h"
 #include "refine/refine.h"
+#include "sheet.h"
 #include "support/body_scenes.h"
 #include "support/camera_contours.h"
 
@@ -140,20 +141,11 @@ void study_losses(Table& table, const NamedRig& rig, const std::string& sheets) 
     // Across the losses, down the places between cameras; the truth last.
     const Rectangle part = region_of(scene.seen.front());
     columns.push_back(scene.seen);
-    Picture sheet{static_cast<int>(columns.size()) * part.width,
-                  static_cast<int>(scene.between.size()) * part.height,
-                  3,
-                  {}};
-    sheet.pixels.resize(static_cast<std::size_t>(sheet.width) * sheet.height * 3);
+    Sheet sheet(static_cast<int>(columns.size()), static_cast<int>(scene.between.size()), part);
     for (std::size_t c = 0; c < columns.size(); ++c)
       for (std::size_t r = 0; r < columns[c].size(); ++r)
-        for (int y = 0; y < part.height; ++y) {
-          const std::uint8_t* in = columns[c][r].row(part.y + y) + 4 * part.x;
-          std::uint8_t* out = sheet.row(static_cast<int>(r) * part.height + y) +
-                              3 * static_cast<int>(c) * part.width;
-          for (int x = 0; x < part.width; ++x) std::copy_n(in + 4 * x, 3, out + 3 * x);
-        }
-    save_picture(sheet, sheets + "/" + rig.name + "-" + body.name + ".png");
+        sheet.put(columns[c][r], static_cast<int>(c), static_cast<int>(r));
+    sheet.save(sheets + "/" + rig.name + "-" + body.name + ".png");
   }
   for (std::size_t i = 0; i < losses.size(); ++i)
     for (const Result& r : results[i])

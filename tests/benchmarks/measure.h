@@ -28,6 +28,21 @@ inline double median(std::vector<double> values) {
   return values.empty() ? 0.0 : values[values.size() / 2];
 }
 
+/// The median time of \p work in milliseconds, repeated for about \p seconds, at least \p least times and
+/// at most \p most, and once before that is not counted.
+inline double median_ms(const std::function<void()>& work, double seconds, std::size_t least,
+                        std::size_t most) {
+  std::vector<double> times;
+  work();
+  for (double total = 0.0; times.size() < least || (total < seconds && times.size() < most);) {
+    const double begin = now(CLOCK_MONOTONIC);
+    work();
+    times.push_back(now(CLOCK_MONOTONIC) - begin);
+    total += 1e-3 * times.back();
+  }
+  return median(times);
+}
+
 /// One way to do the job; the argument counts the calls, so that frames can take turns.
 struct Contender {
   std::string name;
@@ -68,10 +83,15 @@ inline double best_of(const std::vector<Contender>& contenders, const std::strin
 /// A CSV file that is printed to the terminal too.
 class Table {
  public:
-  Table(const std::string& path, const std::string& header) : file_(std::fopen(path.c_str(), "w")) {
+  /// \p append: to the rows that the file has, without the header.
+  Table(const std::string& path, const std::string& header, bool append = false)
+      : file_(std::fopen(path.c_str(), append ? "a" : "w")) {
     if (file_ == nullptr) throw std::runtime_error("cannot write " + path);
     std::printf("\n# %s\n", path.c_str());
-    line(header);
+    if (append)
+      std::printf("%s\n", header.c_str());
+    else
+      line(header);
   }
   ~Table() { std::fclose(file_); }
   Table(const Table&) = delete;
@@ -80,6 +100,7 @@ class Table {
   void line(const std::string& text) {
     std::fprintf(file_, "%s\n", text.c_str());
     std::printf("%s\n", text.c_str());
+    std::fflush(file_);
     std::fflush(stdout);
   }
   template <class... Arguments>
