@@ -200,11 +200,8 @@ Instants::Apart Instants::judge(Key key, const Camera& camera, Track& track,
   return {};
 }
 
-Instants::Placed Instants::place(Key key, const ViewTimes& times, const ArrivalTimes& now) {
-  note_base(now.base);
-  Placed result{times.running};
-  if (times.running == no_time) return result;
-  Camera& camera = cameras_[key];
+bool Instants::read_clocks(Camera& camera, const ViewTimes& times, const ArrivalTimes& now,
+                           std::int64_t& jump) {
   // Frames of files that came before the clock ran: a take has them, and where it was recorded is
   // told by those that follow.
   const bool before_clock =
@@ -226,17 +223,26 @@ Instants::Placed Instants::place(Key key, const ViewTimes& times, const ArrivalT
     Offset& offset = offsets_[static_cast<std::size_t>(TimeAxis::pipeline)];
     if (offset.value == no_time) offset = {now.base, true};
   } else if (times.capture != no_time) {
-    result.jump = follow(camera.clock, camera, axis_of(times.clock), times.capture, times, now);
+    jump = follow(camera.clock, camera, axis_of(times.clock), times.capture, times, now);
   } else {
     camera.clock = {};
   }
   if (times.timecode != no_time) {
     const std::int64_t jumped =
         follow(camera.timecode, camera, TimeAxis::timecode, times.timecode, times, now);
-    if (result.jump == 0) result.jump = jumped;
+    if (jump == 0) jump = jumped;
   } else {
     camera.timecode = {};
   }
+  return local;
+}
+
+Instants::Placed Instants::place(Key key, const ViewTimes& times, const ArrivalTimes& now) {
+  note_base(now.base);
+  Placed result{times.running};
+  if (times.running == no_time) return result;
+  Camera& camera = cameras_[key];
+  const bool local = read_clocks(camera, times, now, result.jump);
   // Where its axis changes, time goes on.
   const std::int64_t before = camera.seen && camera.axis != TimeAxis::running
                                   ? camera.time + times.running - camera.running

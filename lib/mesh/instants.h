@@ -135,6 +135,9 @@ class Instants {
   };
 
   bool is_local(const ViewTimes& times) const;
+  /// Takes over the clock and the timecode of a view, with their \p jump; whether its time is is_local().
+  bool read_clocks(Camera& camera, const ViewTimes& times, const ArrivalTimes& now,
+                   std::int64_t& jump);
   void note_base(std::int64_t base);
   void see_pause(Track& track, std::int64_t beyond_running);
   static bool is_delayed(const Track& track, std::int64_t value, std::int64_t silent,

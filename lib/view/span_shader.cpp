@@ -41,22 +41,13 @@ void SpanShader::add_faces(std::uint32_t m) {
   const Scene& scene = scene_.scene();
   const SceneMesh& mesh = scene.meshes[m];
   const bool is_mirror = scene.materials[mesh.material].is_mirror();
-  const bool planar = scene_.is_planar_mirror(m);
+  const std::vector<int> mirrors = mirrors_of_triangles(scene, m);
   for (std::uint32_t i = 0; i < mesh.triangles.size() / 3; ++i) {
     const std::uint32_t* corner = &mesh.triangles[3 * static_cast<std::size_t>(i)];
-    Face face{m, i, is_mirror ? not_planar : no_mirror, light_.grid().face(m, i), {}};
+    const int mirror = mirrors[i] >= 0 ? mirrors[i] : is_mirror ? not_planar : no_mirror;
+    Face face{m, i, mirror, light_.grid().face(m, i), {}};
     if (!mesh.texture_coordinates.empty())
       for (int k = 0; k < 3; ++k) face.texture[k] = mesh.texture_coordinates[corner[k]];
-    for (std::size_t k = 0; planar && k < scene.mirrors.size(); ++k) {
-      const Mirror& mirror = scene.mirrors[k];
-      const auto lies_in_it = [&](std::uint32_t vertex) {
-        return std::abs(glm::dot(mesh.positions[vertex], mirror.normal) - mirror.offset) <
-                   1e-4f * (1.0f + std::abs(mirror.offset)) &&
-               glm::dot(mesh.normals[vertex], mirror.normal) > 1.0f - 1e-6f;
-      };
-      if (mirror.has(m) && std::all_of(corner, corner + 3, lies_in_it))
-        face.mirror = static_cast<int>(k);
-    }
     faces_.push_back(face);
   }
 }

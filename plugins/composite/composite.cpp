@@ -216,6 +216,35 @@ Composite::Composite(gpointer object)
                       "announcements-unusable"});
 }
 
+constexpr char statistics_blurb[] =
+    "Counters since the start: frames, frames-overdue (left out because they came too late to be "
+    "used), frames-unwanted (left out because not all can be drawn), frames-lost (with "
+    "async-readback, as OpenGL failed), frame-step (every how many frames of the background one "
+    "is drawn), passed-through (the background went out untouched), backgrounds-converted (to "
+    "RGBA, and to the output's NV12 or I420; one that stays the same is kept), "
+    "colours-unconverted (backgrounds of high dynamic range or of BT.2020's primaries), drawn, "
+    "drawn-by-processor, "
+    "rays (traced by it), gl-failures (OpenGL failed, and the processor went on), no-mesh, "
+    "meshes, meshes-unusable, meshes-without-surface (nothing of them to draw with "
+    "subject=mesh), subjects-unmatched (match found no light), "
+    "through-lens (frames that the lens changed; lens-ms: the time for it), motion-blurred "
+    "(frames in which the viewport moved), lens-without-scene (frames blurred by a depth that "
+    "nobody knows), "
+    "scenes-unusable (that could not be loaded while playing: the last one stayed), "
+    "viewports-unusable (frames with an impossible viewport or broken key frames: the last one "
+    "stayed), image-based (subjects drawn so), image-based-refused (that could not), "
+    "announcements, "
+    "announcements-unusable, …-skipped and …-reused "
+    "(work left out), scene-planes-taken (new views whose triangles the background's source had "
+    "brought to the screen), pictures-uploaded and -skipped, bytes-uploaded (to OpenGL), of "
+    "these background-bytes-uploaded (none where the background stays the same), pixels-shaded "
+    "(whose "
+    "layers were put together; not known of OpenGL ES) and pixels-changed (those that came out "
+    "other than the background; neither of pictures in OpenGL's memory); and of the last frame "
+    "frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly before, on "
+    "the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms and "
+    "latency-ms as they are now.";
+
 void Composite::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(composite_debug, "composite", 0, "subjects into scenes");
   prefer_egl_device_without_display();
@@ -225,35 +254,7 @@ void Composite::class_init(gpointer klass) {
       klass,
       "Whether frames go out by their deadline even if no source is live, so that a silent mesh "
       "input cannot stall the picture. Can only be set when the element is made.");
-  add_statistics<Composite>(
-      klass,
-      "Counters since the start: frames, frames-overdue (left out because they came too late to be "
-      "used), frames-unwanted (left out because not all can be drawn), frames-lost (with "
-      "async-readback, as OpenGL failed), frame-step (every how many frames of the background one "
-      "is drawn), passed-through (the background went out untouched), backgrounds-converted (to "
-      "RGBA, and to the output's NV12 or I420; one that stays the same is kept), "
-      "colours-unconverted (backgrounds of high dynamic range or of BT.2020's primaries), drawn, "
-      "drawn-by-processor, "
-      "rays (traced by it), gl-failures (OpenGL failed, and the processor went on), no-mesh, "
-      "meshes, meshes-unusable, meshes-without-surface (nothing of them to draw with "
-      "subject=mesh), subjects-unmatched (match found no light), "
-      "through-lens (frames that the lens changed; lens-ms: the time for it), motion-blurred "
-      "(frames in which the viewport moved), lens-without-scene (frames blurred by a depth that "
-      "nobody knows), "
-      "scenes-unusable (that could not be loaded while playing: the last one stayed), "
-      "viewports-unusable (frames with an impossible viewport or broken key frames: the last one "
-      "stayed), image-based (subjects drawn so), image-based-refused (that could not), "
-      "announcements, "
-      "announcements-unusable, …-skipped and …-reused "
-      "(work left out), scene-planes-taken (new views whose triangles the background's source had "
-      "brought to the screen), pictures-uploaded and -skipped, bytes-uploaded (to OpenGL), of "
-      "these background-bytes-uploaded (none where the background stays the same), pixels-shaded "
-      "(whose "
-      "layers were put together; not known of OpenGL ES) and pixels-changed (those that came out "
-      "other than the background; neither of pictures in OpenGL's memory); and of the last frame "
-      "frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly before, on "
-      "the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms and "
-      "latency-ms as they are now.");
+  add_statistics<Composite>(klass, statistics_blurb);
   composited_signal = g_signal_new("composited", G_TYPE_FROM_CLASS(klass), G_SIGNAL_RUN_LAST, 0,
                                    nullptr, nullptr, nullptr, G_TYPE_NONE, 1, G_TYPE_UINT64);
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",

@@ -110,20 +110,23 @@ class FrameComposer {
                                          bool later);
   void draw_as_video(const FrameBuffers& buffers, GstBuffer* output);
   void draw_through_lens(const FrameBuffers& buffers, GstBuffer* output);
-  /// What of a frame through the lens is the renderer's.
+  /// The renderer's share of a frame through the lens.
   struct LensWork {
     double inside = 0.0;  ///< ms
     std::optional<RenderStatistics> drawn;
   };
-  void lens_over(const std::uint8_t* background, int background_stride, std::uint8_t* target,
-                 int target_stride, LensWork& work);
-  void lens_over_greys(const std::uint8_t* background, int background_stride, std::uint8_t* target,
-                       int target_stride, int width, int height, LensWork& work);
+  /// Where a composite is drawn: RGBA rows, of which the target holds the background's already.
+  struct DrawnRows {
+    const std::uint8_t* background;
+    int background_stride;
+    std::uint8_t* target;
+    int target_stride, width, height;
+  };
+  void lens_over(const DrawnRows& rows, LensWork& work);
+  void lens_over_greys(const DrawnRows& rows, LensWork& work);
   void set_viewport(const CompositeSettings& settings, GstClockTime time, double pixel_aspect);
-  void draw_subjects(const std::uint8_t* background, int background_stride, std::uint8_t* target,
-                     int target_stride, int width, int height, LensWork& work);
-  void draw_fading(const std::uint8_t* background, int background_stride, std::uint8_t* target,
-                   int target_stride, int width, int height, LensWork& work);
+  void draw_subjects(const DrawnRows& rows, LensWork& work);
+  void draw_fading(const DrawnRows& rows, LensWork& work);
   void set_lens(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background);
   void with_renderer(const std::function<void(Renderer&)>& work);
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up

@@ -44,10 +44,10 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
                      "announce it, or set depth-of-field and motion-blur to subject.");
 }
 
-/// Brings the composite through the lens into \p target, which holds the background.
-void FrameComposer::lens_over(const std::uint8_t* background, int background_stride,
-                              std::uint8_t* target, int target_stride, LensWork& work) {
-  lens_.draw(frame_, plan_, number_, background, background_stride, target, target_stride,
+/// Brings the composite through the lens into the target.
+void FrameComposer::lens_over(const DrawnRows& rows, LensWork& work) {
+  lens_.draw(frame_, plan_, number_, rows.background, rows.background_stride, rows.target,
+             rows.target_stride,
              [&](const RenderPlan& plan, const std::uint8_t* from, int from_stride,
                  std::uint8_t* to, int to_stride) {
                const Stopwatch own;
@@ -62,11 +62,10 @@ void FrameComposer::lens_over(const std::uint8_t* background, int background_str
              });
 }
 
-/// The same where \p background is not opaque: over each of the greys that tell its fill and key
+/// The same where the background is not opaque: over each of the greys that tell its fill and key
 /// (render/fill.h), since no blur or resampling may mix colours that nobody sees.
-void FrameComposer::lens_over_greys(const std::uint8_t* background, int background_stride,
-                                    std::uint8_t* target, int target_stride, int width, int height,
-                                    LensWork& work) {
+void FrameComposer::lens_over_greys(const DrawnRows& rows, LensWork& work) {
+  const auto& [background, background_stride, target, target_stride, width, height] = rows;
   const AlphaCoding alpha = std::exchange(settings_.alpha, AlphaCoding::ignored);
   const int stride = 4 * width;
   std::vector<std::uint32_t> over[3], drawn[3];
@@ -80,8 +79,9 @@ void FrameComposer::lens_over_greys(const std::uint8_t* background, int backgrou
                      [&](std::uint32_t pixel) { return over_grey(pixel, fill_greys[k], alpha); });
     }
     drawn[k] = over[k];
-    lens_over(reinterpret_cast<const std::uint8_t*>(over[k].data()), stride,
-              reinterpret_cast<std::uint8_t*>(drawn[k].data()), stride, work);
+    lens_over({reinterpret_cast<const std::uint8_t*>(over[k].data()), stride,
+               reinterpret_cast<std::uint8_t*>(drawn[k].data()), stride, width, height},
+              work);
   }
   settings_.alpha = alpha;
   for (int y = 0; y < height; ++y) {
@@ -102,23 +102,20 @@ void FrameComposer::lens_over_greys(const std::uint8_t* background, int backgrou
   }
 }
 
-/// Either of these: brings the composite of the frame's subjects into \p target.
-void FrameComposer::draw_subjects(const std::uint8_t* background, int background_stride,
-                                  std::uint8_t* target, int target_stride, int width, int height,
-                                  LensWork& work) {
+/// Either of these: brings the composite of the frame's subjects into the target.
+void FrameComposer::draw_subjects(const DrawnRows& rows, LensWork& work) {
   if (lens_.active() && settings_.alpha != AlphaCoding::ignored &&
-      any_translucent(background, background_stride, {0, 0, width, height}))
-    lens_over_greys(background, background_stride, target, target_stride, width, height, work);
+      any_translucent(rows.background, rows.background_stride, {0, 0, rows.width, rows.height}))
+    lens_over_greys(rows, work);
   else
-    lens_over(background, background_stride, target, target_stride, work);
+    lens_over(rows, work);
 }
 
 /// The same where subjects fade: with the opacities o_1 > ... > o_n, the composites C_0, C_1 ... C_n of
 /// no subject, of those of opacity o_1 and so on, and o_0 = 1, o_(n+1) = 0 it is the sum of
 /// (o_k - o_(k+1)) C_k, all that a subject does being in its composites.
-void FrameComposer::draw_fading(const std::uint8_t* background, int background_stride,
-                                std::uint8_t* target, int target_stride, int width, int height,
-                                LensWork& work) {
+void FrameComposer::draw_fading(const DrawnRows& rows, LensWork& work) {
+  const auto& [background, background_stride, target, target_stride, width, height] = rows;
   // The target may be the same memory.
   const int stride = 4 * width;
   const auto row = static_cast<std::size_t>(stride);
@@ -126,7 +123,7 @@ void FrameComposer::draw_fading(const std::uint8_t* background, int background_s
   for (int y = 0; y < height; ++y)
     std::memcpy(&unfaded_[row * static_cast<std::size_t>(y)],
                 background + static_cast<std::ptrdiff_t>(y) * background_stride, row);
-  draw_subjects(unfaded_.data(), stride, target, target_stride, width, height, work);
+  draw_subjects({unfaded_.data(), stride, target, target_stride, width, height}, work);
   while (!frame_.subjects.empty()) {
     const float lowest = *std::min_element(opacities_.begin(), opacities_.end());
     for (std::size_t i = opacities_.size(); i-- > 0;) {
@@ -139,7 +136,7 @@ void FrameComposer::draw_fading(const std::uint8_t* background, int background_s
     if (lowest == next) break;
     plan_ = plan();
     less_ = unfaded_;
-    draw_subjects(unfaded_.data(), stride, less_.data(), stride, width, height, work);
+    draw_subjects({unfaded_.data(), stride, less_.data(), stride, width, height}, work);
     dissolve(target, target_stride, less_.data(), stride, width, height, lowest / next,
              settings_.alpha);
   }
@@ -152,12 +149,13 @@ void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* ou
             height = GST_VIDEO_INFO_HEIGHT(buffers.info);
   const auto finish = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
                           int to_stride) {
+    const DrawnRows rows{from, from_stride, to, to_stride, width, height};
     LensWork work;
     const Stopwatch watch;
     if (fading_)
-      draw_fading(from, from_stride, to, to_stride, width, height, work);
+      draw_fading(rows, work);
     else
-      draw_subjects(from, from_stride, to, to_stride, width, height, work);
+      draw_subjects(rows, work);
     if (work.drawn) report(*work.drawn);
     statistics_.set("lens-ms", watch.milliseconds() - work.inside);
     if (lens_.active()) statistics_.count("through-lens");

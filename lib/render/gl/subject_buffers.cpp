@@ -2,7 +2,6 @@
 #include "render/gl/subject_buffers.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
 
@@ -34,27 +33,6 @@ int rounded_up(int size) {
          64;  // regions of interest breathe; textures should not be remade for it
 }
 
-/// Makes room for \p layers pictures of width x height, each with \p levels - 1 smaller ones, in the
-/// array bound to unit 0.
-void grow(gl::Texture& texture, GLenum format, GLenum transfer, GLenum type, int width, int height,
-          int layers, int levels, int& has_width, int& has_height, int& has_layers,
-          int& has_levels) {
-  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, texture.get());
-  if (width <= has_width && height <= has_height && layers <= has_layers && levels <= has_levels)
-    return;
-  has_width = std::max(has_width, rounded_up(width));
-  has_height = std::max(has_height, rounded_up(height));
-  has_layers = std::max(has_layers, layers);
-  has_levels = std::max(has_levels, levels);
-  static_assert(1 << most_levels <= 64);  // rounded_up(): sizes can be halved so often
-  for (int level = 0; level < has_levels; ++level)
-    glTexImage3D(GL_TEXTURE_2D_ARRAY, level, static_cast<GLint>(format), has_width >> level,
-                 has_height >> level, has_layers, 0, transfer, type, nullptr);
-  gl::texture_parameters(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
-  if (has_levels > 1)
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-}
-
 /// Half floats of 0 to \p count - 1, each divided by \p unit.
 std::vector<std::uint16_t> halves(int count, float unit) {
   std::vector<std::uint16_t> table(static_cast<std::size_t>(count));
@@ -64,6 +42,25 @@ std::vector<std::uint16_t> halves(int count, float unit) {
 }
 
 }  // namespace
+
+void SubjectBuffers::PictureArray::grow(int least_width, int least_height, std::size_t least_layers,
+                                        int least_levels) {
+  const int needed = static_cast<int>(least_layers);
+  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, texture.get());
+  if (least_width <= width && least_height <= height && needed <= layers && least_levels <= levels)
+    return;
+  width = std::max(width, rounded_up(least_width));
+  height = std::max(height, rounded_up(least_height));
+  layers = std::max(layers, needed);
+  levels = std::max(levels, least_levels);
+  static_assert(1 << most_levels <= 64);  // rounded_up(): sizes can be halved so often
+  for (int level = 0; level < levels; ++level)
+    glTexImage3D(GL_TEXTURE_2D_ARRAY, level, static_cast<GLint>(format), width >> level,
+                 height >> level, layers, 0, transfer, type, nullptr);
+  gl::texture_parameters(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
+  if (levels > 1)
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+}
 
 void SubjectBuffers::upload_shape(const Hull& hull) {
   glBindVertexArray(shape_array_.get());
@@ -173,9 +170,7 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
     width = std::max(width, roi.width + 2);
     height = std::max(height, roi.height + 2);
   }
-  grow(pictures_, GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, width, height,
-       static_cast<int>(views.size()), levels + 1, picture_width_, picture_height_, picture_layers_,
-       picture_levels_);
+  pictures_.grow(width, height, views.size(), levels + 1);
   glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels);  // others are older
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
@@ -209,8 +204,8 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
     for (std::size_t level = 1; level <= smaller.size(); ++level) {
       const SmallerPicture& picture = smaller[level - 1];
       glPixelStorei(GL_UNPACK_ROW_LENGTH, picture.width);
-      upload(level, std::min(picture.width, picture_width_ >> level),
-             std::min(picture.height, picture_height_ >> level), picture.pixels);
+      upload(level, std::min(picture.width, pictures_.width >> level),
+             std::min(picture.height, pictures_.height >> level), picture.pixels);
     }
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   }
@@ -223,9 +218,7 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
     width = std::max(width, maps[static_cast<std::size_t>(k)].width);
     height = std::max(height, maps[static_cast<std::size_t>(k)].height);
   }
-  int one_level = 1;
-  grow(maps_, GL_RG16F, GL_RG, GL_HALF_FLOAT, width, height,
-       static_cast<int>(drawing_.views.size()), 1, map_width_, map_height_, map_layers_, one_level);
+  maps_.grow(width, height, drawing_.views.size());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   float coarsest = 0.0f, inset = 0.0f;
   static const std::vector<std::uint16_t> depths = halves(65536, 65534.0f),
@@ -236,8 +229,8 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
     if (map.width <= 0 || map.height <= 0) continue;
     // One more row and column of zeros than the map has, for look-ups beyond it: the layer holds
     // older maps there.
-    const int columns = std::min(map.width + 1, map_width_),
-              rows = std::min(map.height + 1, map_height_);
+    const int columns = std::min(map.width + 1, maps_.width),
+              rows = std::min(map.height + 1, maps_.height);
     half_.assign(static_cast<std::size_t>(columns) * rows, 0);
     for (int y = 0; y < map.height; ++y) {
       const std::size_t from = static_cast<std::size_t>(y) * map.width;
@@ -281,11 +274,7 @@ void SubjectBuffers::upload_flows(const Mesh& mesh, const Vec3& eye) {
     const int slot = drawing_.slot_of_view[static_cast<std::size_t>(flow.view)];
     const int other = drawing_.slot_of_view[static_cast<std::size_t>(flow.other)];
     if (slot < 0 || other < 0 || flow.offsets.empty()) continue;
-    int one_level = 1;
-    if (!use_flows_)
-      grow(flows_, GL_RG8_SNORM, GL_RG, GL_BYTE, width, height,
-           PictureFlow::most_of_view * static_cast<int>(drawing_.views.size()), 1, flow_width_,
-           flow_height_, flow_layers_, one_level);
+    if (!use_flows_) flows_.grow(width, height, PictureFlow::most_of_view * drawing_.views.size());
     use_flows_ = true;
     glm::vec4& shares = flow_shares_[static_cast<std::size_t>(slot)];
     const int number = shares.x < 0.0f ? 0 : 1;
@@ -318,7 +307,7 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
     double near = 0.0, range = 1.0;
     if (use_maps_) {
       const OcclusionMap& map = mesh.texturing->maps[k];
-      x = map.x, y = map.y, step = map.step, width = map_width_, height = map_height_;
+      x = map.x, y = map.y, step = map.step, width = maps_.width, height = maps_.height;
       near = map.near, range = map.far - map.near;
     }
     const Mat3 KR = camera.K * camera.R;
@@ -338,7 +327,7 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
     block.pixel_from_map = pixel_from_map;
     // A picture's layer has a border of one pixel; texel centres lie at halves.
     const double origin_x = view.roi.x - 1.5, origin_y = view.roi.y - 1.5;
-    const double pw = picture_width_, ph = picture_height_;
+    const double pw = pictures_.width, ph = pictures_.height;
     block.colour_from_map =
         glm::dvec4(pixel_from_map.x / pw, pixel_from_map.y / ph, (pixel_from_map.z - origin_x) / pw,
                    (pixel_from_map.w - origin_y) / ph);
@@ -349,8 +338,8 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
     if (use_flows_) block.flows = flow_shares_[slot];
     if (use_maps_) {
       const OcclusionMap& map = mesh.texturing->maps[k];
-      block.limits.z = (static_cast<float>(map.width) + 0.5f) / static_cast<float>(map_width_);
-      block.limits.w = (static_cast<float>(map.height) + 0.5f) / static_cast<float>(map_height_);
+      block.limits.z = (static_cast<float>(map.width) + 0.5f) / static_cast<float>(maps_.width);
+      block.limits.w = (static_cast<float>(map.height) + 0.5f) / static_cast<float>(maps_.height);
     }
     if (mesh.texturing) block.colour = glm::mat3x4(colour_of(*mesh.texturing, camera, k));
     for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
@@ -388,13 +377,13 @@ void SubjectBuffers::draw_ribbons(gl::Program& program) const {
 
 void SubjectBuffers::draw_range(GLint first, GLsizei count, gl::Program& program) const {
   if (count == 0) return;
-  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, pictures_.made() ? pictures_.get() : 0);
-  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, use_maps_ ? maps_.get() : 0);
+  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, pictures_.texture.made() ? pictures_.texture.get() : 0);
+  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, use_maps_ ? maps_.texture.get() : 0);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.get());
   program.set("pictures", 0);
   program.set("maps", 1);
   program.set("use_maps", use_maps_);
-  gl::bind_texture(3, GL_TEXTURE_2D_ARRAY, use_flows_ ? flows_.get() : 0);
+  gl::bind_texture(3, GL_TEXTURE_2D_ARRAY, use_flows_ ? flows_.texture.get() : 0);
   program.set("flows", 3);
   program.set("use_flows", use_flows_);
   program.set("depth_tolerance", depth_tolerance_);

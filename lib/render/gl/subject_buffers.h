@@ -72,19 +72,27 @@ class SubjectBuffers {
   mutable gl::VertexArray shape_array_, skin_array_;
   gl::Buffer positions_, indices_, skin_, forms_;
   mutable gl::Buffer views_;
-  mutable gl::Texture pictures_, maps_, lists_;
+  mutable gl::Texture lists_;
+  /// Layers of one size, each with smaller ones, that become more and larger as is asked for.
+  struct PictureArray {
+    GLenum format, transfer, type;
+    mutable gl::Texture texture{};
+    int width = 0, height = 0, layers = 0, levels = 1;
+
+    /// Makes room, and binds it to unit 0.
+    void grow(int least_width, int least_height, std::size_t least_layers, int least_levels = 1);
+  };
+  PictureArray pictures_{GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE};
+  PictureArray maps_{GL_RG16F, GL_RG, GL_HALF_FLOAT};
+  PictureArray flows_{GL_RG8_SNORM, GL_RG, GL_BYTE};  // most_of_view layers for each view
   GLsizei shape_count_ = 0;
   std::vector<Range> ranges_;  // of the eyes' narrow triangles, then of the ribbons
   std::vector<Range> wide_;    // of the eyes' wide triangles
   HullDrawing drawing_;
   std::vector<Vec3f> form_;          // by vertex of it
   std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel
-  int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0, picture_levels_ = 1;
-  int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
   bool use_maps_ = false, distortion_ = false, soft_ = false;
-  std::vector<float> rests_;   // by view, what its rim counts
-  mutable gl::Texture flows_;  // most_of_view layers for each view
-  int flow_width_ = 0, flow_height_ = 0, flow_layers_ = 0;
+  std::vector<float> rests_;  // by view, what its rim counts
   bool use_flows_ = false;
   std::vector<std::int8_t> offsets_;
   std::vector<glm::vec4> flow_shares_;  // by slot: the other's slot and its share, twice

@@ -2,7 +2,6 @@
 #include "render/lens/depth_layers.h"
 
 #include <algorithm>
-#include <array>
 
 #include "base/thread_pool.h"
 #include "raster/screen_triangles.h"
@@ -79,14 +78,11 @@ void DepthLayers::add_depth(const RenderFrame& frame) {
     }
 }
 
-void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
-  const auto columns = static_cast<std::size_t>(width_);
-  subject_.assign(scene_.size(), 0.0f);
-  coverage_.assign(scene_.size(), 0.0f);
-  part_ = plan.subject;
-  if (plan.subject.empty()) return;
-  ScreenTriangles triangles;
-  triangles.begin(width_, height_);
+namespace {
+
+/// Adds the subjects that are drawn as triangles to \p triangles. The others, which are drawn by image.
+std::vector<processor::ReadySubject> collect(const RenderPlan& plan, const Mat4& pixels,
+                                             ScreenTriangles& triangles) {
   std::vector<processor::ReadySubject> by_image;
   std::vector<Corner> corners;
   for (const PlacedSubject& subject : plan.subjects) {
@@ -103,6 +99,20 @@ void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
     for (std::size_t i = 0; i + 2 < t.size(); i += 3)
       triangles.add({corners[t[i]], corners[t[i + 1]], corners[t[i + 2]]}, 0, Facing::both);
   }
+  return by_image;
+}
+
+}  // namespace
+
+void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
+  const auto columns = static_cast<std::size_t>(width_);
+  subject_.assign(scene_.size(), 0.0f);
+  coverage_.assign(scene_.size(), 0.0f);
+  part_ = plan.subject;
+  if (plan.subject.empty()) return;
+  ScreenTriangles triangles;
+  triangles.begin(width_, height_);
+  const std::vector<processor::ReadySubject> by_image = collect(plan, pixels, triangles);
   processor::ImageLayer images;
   images.fill(by_image, {0, pixels, Facing::clockwise, std::nullopt}, width_, height_);
   for_bands(height_, [&](int band, int top, int bottom) {

@@ -22,8 +22,6 @@ struct FrameSource {
   /// Takes over the format; false, and an error on \p source that begins with \p refusal, where it
   /// cannot be drawn.
   bool set_format(GstBaseSrc* source, GstCaps* caps, const char* refusal);
-  /// Whether a format has been agreed on.
-  bool has_format() const { return GST_VIDEO_INFO_FORMAT(&info) != GST_VIDEO_FORMAT_UNKNOWN; }
   /// Answers LATENCY and CONVERT; the rest goes on to \p parent.
   gboolean answer(GstBaseSrc* source, GstQuery* query, GstBaseSrcClass* parent);
   /// At the start of a stream: no format, frame 0.
