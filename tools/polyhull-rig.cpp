@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <tuple>
 
 #include "base/error.h"
 #include "board_target.h"
@@ -17,6 +18,7 @@
 #include "command_line.h"
 #include "floor_points.h"
 #include "mask_contours.h"
+#include "picture_size.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
 #include "rig/export.h"
@@ -83,20 +85,10 @@ void run_export(const Rig& rig, const std::string& format, const std::string& pa
   format == "opencv" ? exported::opencv(rig, path) : exported::colmap(rig, path);
 }
 
-// The built-in rig where \p file is empty.
-Rig rig_of(const std::string& file) {
-  return open_rig(file);
-}
-
 int run_import(ImportArguments& arguments) {
-  if (!arguments.size.empty()) {
-    char rest = 0;
-    if (std::sscanf(arguments.size.c_str(), "%dx%d%c", &arguments.options.width,
-                    &arguments.options.height, &rest) != 2 ||
-        arguments.options.width < 1 || arguments.options.height < 1)
-      throw Error(Error::Kind::bad_input, "--size is '{}'; expected WIDTHxHEIGHT, such as 720x576.",
-                  arguments.size);
-  }
+  if (!arguments.size.empty())
+    std::tie(arguments.options.width, arguments.options.height) =
+        picture_size("--size", arguments.size);
   const auto note = [](const std::string& text) {
     std::cerr << "polyhull-rig: note: " << text << "\n";
   };
@@ -117,7 +109,7 @@ int run_import(ImportArguments& arguments) {
 // \p forecast: whether to simulate the figure, where no pictures are given.
 int run_check(const std::string& file, const std::vector<std::string>& files,
               const MaskSettings& settings, bool forecast) {
-  const Rig rig = rig_of(file);
+  const Rig rig = open_rig(file);
   RigReport report = examine_rig(rig);
   if (!files.empty()) {
     std::vector<CameraPictureRings> pictures;
@@ -174,7 +166,7 @@ void read_level_pictures(const LevelArguments& arguments, Rig rig, LevelRequest&
 }
 
 int run_level(LevelArguments& arguments) {
-  const Rig rig = rig_of(arguments.file);
+  const Rig rig = open_rig(arguments.file);
   LevelRequest& request = arguments.request;
   if (!arguments.floor_points.empty())
     request.points = read_floor_points(arguments.floor_points, rig);
@@ -225,7 +217,7 @@ struct ExportArguments {
 
 int run_colours(const ColourFiles& arguments) {
   const ColourArguments& colours = arguments.colours;
-  Rig rig = rig_of(arguments.file);
+  Rig rig = open_rig(arguments.file);
   if (arguments.overlaps && !(colours.corners.empty() && colours.grey.empty()))
     throw Error(Error::Kind::bad_input, "--overlaps goes without --corners and --grey.");
   std::cout << (arguments.overlaps ? match_overlaps(rig, colours.pictures)
@@ -353,7 +345,7 @@ Subcommand refine_subcommand(CommandLine& command) {
       .shown();
   line.option("-o,--output", &arguments->output, "The new rig file").required();
   return {line, [arguments] {
-            write(refine_rig(rig_of(arguments->file), arguments->refine), arguments->output);
+            write(refine_rig(open_rig(arguments->file), arguments->refine), arguments->output);
             return 0;
           }};
 }
@@ -455,7 +447,7 @@ Subcommand export_subcommand(CommandLine& command) {
   line.option("-o,--output", &arguments->output,
               "File to write; of opencv and colmap the folder, which is made");
   return {line, [arguments] {
-            run_export(rig_of(arguments->file), arguments->format, arguments->output);
+            run_export(open_rig(arguments->file), arguments->format, arguments->output);
             return 0;
           }};
 }

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <deque>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -130,6 +129,13 @@ TakeStream mesh_stream(const std::string& path, const std::string& name) {
   return found.front();
 }
 
+/// Says on standard error that \p count of \p what (with its verb) were left out, if any were.
+void print_left_out(std::uint64_t count, const char* what) {
+  if (count > 0)
+    std::fprintf(stderr, "%llu %s and were left out\n", static_cast<unsigned long long>(count),
+                 what);
+}
+
 int write_meshes(const std::string& path, const Export& options) {
   const NumberedName name(options.output);
   const bool animated = !name.numbered();
@@ -182,15 +188,9 @@ int write_meshes(const std::string& path, const Export& options) {
   std::printf("%llu meshes written to %s: %.3f s of the performance, %.1f MB, in %.1f s\n",
               static_cast<unsigned long long>(written), options.output.c_str(),
               seconds(*last - *begin), 1e-6 * static_cast<double>(bytes), taken.seconds());
-  if (together > 0)
-    std::fprintf(stderr, "%llu meshes have the time of the one before and were left out\n",
-                 static_cast<unsigned long long>(together));
-  if (cursor.damaged() > 0)
-    std::fprintf(stderr, "%llu buffers are damaged and were left out\n",
-                 static_cast<unsigned long long>(cursor.damaged()));
-  if (unreadable > 0)
-    std::fprintf(stderr, "%llu buffers are no meshes and were left out\n",
-                 static_cast<unsigned long long>(unreadable));
+  print_left_out(together, "meshes have the time of the one before");
+  print_left_out(cursor.damaged(), "buffers are damaged");
+  print_left_out(unreadable, "buffers are no meshes");
   return cursor.damaged() + unreadable > 0 ? 1 : 0;
 }
 

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
+#include <tuple>
 
 #include "base/error.h"
 #include "calibrate/report.h"
 #include "calibrate/wand_input.h"
 #include "command_line.h"
 #include "floor_points.h"
+#include "picture_size.h"
 #include "progress.h"
 #include "text_file.h"
 
@@ -97,11 +99,7 @@ Take read_take(const Arguments& arguments, bool wand, Pictures* pictures) {
     return take;
   }
   int width = 0, height = 0;
-  char rest = 0;
-  if (!arguments.size.empty() &&
-      (std::sscanf(arguments.size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 ||
-       height < 1 || width > 32768 || height > 32768))
-    throw Error(bad, "--size is '{}'; expected WIDTHxHEIGHT, such as 1920x1080.", arguments.size);
+  if (!arguments.size.empty()) std::tie(width, height) = picture_size("--size", arguments.size);
   read_detections(arguments.detections, width, height, take);
   if (!arguments.rig.empty() || width > 0) return take;
   throw Error(bad, "--detections needs the pictures' --size, or --rig.");

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <opencv2/imgproc.hpp>
 
 #include "base/thread_pool.h"
@@ -242,11 +241,6 @@ Picture as_picture(const cv::Mat& mat) {
 }
 
 }  // namespace
-
-Picture draw_textured(const Mesh& mesh, const Camera& camera) {
-  const HullCaster caster(mesh.hull);
-  return as_picture(textured_picture(mesh, caster, camera));
-}
 
 Picture draw_sheet(const Mesh& mesh, const SheetSettings& settings) {
   constexpr int gap = 4;

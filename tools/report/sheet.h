@@ -3,7 +3,6 @@
 /// The contact sheet: one picture that shows what each stage made of one instant.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "base/picture.h"
@@ -20,8 +19,5 @@ struct SheetSettings {
 /// Rows: camera pictures, mattes, contours, hull as wire frame, hull textured (each from beside its
 /// camera, where no camera stands), composites. RGB.
 Picture draw_sheet(const Mesh& mesh, const SheetSettings& settings);
-
-/// The textured hull as \p camera sees it, on grey. RGB.
-Picture draw_textured(const Mesh& mesh, const Camera& camera);
 
 }  // namespace polyhull::report

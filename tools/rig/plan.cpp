@@ -3,12 +3,13 @@
 
 #include <fmt/core.h>
 
-#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <optional>
+#include <tuple>
 
 #include "base/error.h"
+#include "picture_size.h"
 #include "studio/plan/forecast.h"
 #include "text_file.h"
 
@@ -25,12 +26,8 @@ void read_sizes(PlanArguments& arguments) {
                 "--stage is '{}'; expected WIDTHxDEPTHxHEIGHT in metres, such as 2.4x2.4x2.3.",
                 arguments.stage);
   }
-  if (std::sscanf(arguments.picture.c_str(), "%dx%d%c", &arguments.request.width,
-                  &arguments.request.height, &rest) != 2) {
-    throw Error(Error::Kind::bad_input,
-                "--picture is '{}'; expected WIDTHxHEIGHT in pixels, such as 1920x1080.",
-                arguments.picture);
-  }
+  std::tie(arguments.request.width, arguments.request.height) =
+      picture_size("--picture", arguments.picture);
   if (!arguments.room.empty()) {
     Vec2 room;
     if (std::sscanf(arguments.room.c_str(), "%lfx%lf%c", &room.x, &room.y, &rest) != 2 ||
