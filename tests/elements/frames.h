@@ -12,7 +12,7 @@
 #include <functional>
 #include <string>
 
-#include "element_test.h"
+#include "elements/element_checks.h"
 
 namespace polyhull::test {
 
@@ -94,6 +94,19 @@ inline double alpha_area(GstBuffer* buffer, int width, int height) {
   for_each_pixel(buffer, width, height,
                  [&](int, int, const std::uint8_t* p) { sum += p[3] / 255.0; });
   return sum;
+}
+
+/// Seeks a few times in the pipeline \p line before it plays to its end.
+inline void expect_survives_flush_and_seek(const std::string& line) {
+  GstElement* pipeline = parse(line);
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND);
+  for (int i = 0; i < 6; ++i)
+    fail_unless(gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
+                                        (i % 3) * 700 * GST_MSECOND));
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  check_ended(wait_for_end(pipeline));
+  stop(pipeline);
 }
 
 }  // namespace polyhull::test

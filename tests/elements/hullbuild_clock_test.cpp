@@ -4,9 +4,9 @@
 #include <gst/app/gstappsink.h>
 #include <gst/app/gstappsrc.h>
 
-#include "builtin/stamp.h"
 #include "element_test.h"
 #include "hull_bench.h"
+#include "support/labels.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -315,17 +315,6 @@ Branch start_camera(int number, GstClock* clock, GstClockTime base) {
   gst_element_set_start_time(camera.pipeline, GST_CLOCK_TIME_NONE);
   gst_element_set_base_time(camera.pipeline, base);
   return camera;
-}
-
-/// The labels in the pictures of one set, by camera.
-std::vector<int> labels_of(const Mesh& mesh) {
-  std::vector<int> labels;
-  for (const MeshView& view : mesh.views) {
-    const View& v = view.view;
-    const auto label = read_stamp(v.pixels.data(), v.stride, v.roi.width, v.roi.height);
-    labels.push_back(label ? *label : -1);
-  }
-  return labels;
 }
 
 }  // namespace

@@ -58,6 +58,12 @@ struct Played {
     const std::scoped_lock lock(mutex);
     seen.clear();
   }
+  void pause() {
+    gst_element_set_state(pipeline, GST_STATE_PAUSED);
+    settle();
+  }
+  /// Waits until a change of state or a seek is done.
+  void settle() { gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE); }
   std::string run() {
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     return wait_for_end(pipeline);

@@ -140,8 +140,7 @@ ELEMENT_TEST(test_any_place_is_found) {
   Played live(camera(folder, 40, "compression=exact key-interval=7"));
   check_ended(live.run());
   Played again(play(folder));
-  gst_element_set_state(again.pipeline, GST_STATE_PAUSED);
-  gst_element_get_state(again.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  again.pause();
   for (const int from : {33, 6, 7, 0, 20})
     for (const double rate : {1.0, -1.0}) {
       again.clear();

@@ -82,8 +82,7 @@ ELEMENT_TEST(test_seeks_find_the_camera_of_the_frame) {
                   " ! identity name=after ! fakesink name=out sync=false");
     CameraLog log;
     log_take(played.pipeline, log);
-    gst_element_set_state(played.pipeline, GST_STATE_PAUSED);
-    gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    played.pause();
     for (const int to : {9, 9, 2, 7, 0}) {
       log.frames.clear();
       log.announced = {};  // what a flush has taken is said again
@@ -91,7 +90,7 @@ ELEMENT_TEST(test_seeks_find_the_camera_of_the_frame) {
       fail_unless(gst_element_seek(played.pipeline, backwards ? -1.0 : 1.0, GST_FORMAT_TIME,
                                    GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, backwards ? 0 : time,
                                    GST_SEEK_TYPE_SET, backwards ? time + 1 : -1));
-      gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+      played.settle();
       fail_if(log.frames.empty());
       fail_unless_equals_uint64(log.frames[0].time, static_cast<guint64>(time));
       for (const Shown& frame : log.frames)

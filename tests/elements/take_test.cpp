@@ -158,8 +158,7 @@ ELEMENT_TEST(test_any_place_is_found) {
   fail_unless(gst_element_query_duration(all.pipeline, GST_FORMAT_TIME, &duration));
   fail_unless_equals_uint64(duration, 100 * frame);
   for (const int from : {70, 3, 99, 0, 42}) {
-    gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
-    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.pause();
     all.clear();
     const int to = std::min(100, from + 5);
     fail_unless(seek(all.pipeline, 1.0, flushing, from * frame, to * frame));
@@ -178,8 +177,7 @@ ELEMENT_TEST(test_backwards_and_at_other_rates) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
-  gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
-  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  all.pause();
   for (const double rate : {-1.0, 2.5, -4.0}) {
     all.clear();
     fail_unless(seek(all.pipeline, rate, flushing, 10 * frame, 20 * frame));
@@ -203,10 +201,9 @@ ELEMENT_TEST(test_a_refused_seek_changes_nothing) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
-  gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
-  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  all.pause();
   fail_unless(seek(all.pipeline, 1.0, flushing, 10 * frame, 20 * frame));
-  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  all.settle();
   all.clear();
   const int flush = GST_SEEK_FLAG_FLUSH;
   fail_if(seek_simply(all.pipeline, 1.0, 0, GST_SEEK_TYPE_SET, 0));
@@ -223,12 +220,11 @@ ELEMENT_TEST(test_forwards_after_backwards) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
-  gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
-  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  all.pause();
   for (const gint64 stop : {gint64{10 * frame}, gint64{-1}}) {
     fail_unless(gst_element_seek(all.pipeline, -1.0, GST_FORMAT_TIME, flushing, GST_SEEK_TYPE_SET,
                                  0, GST_SEEK_TYPE_SET, stop));
-    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.settle();
     all.clear();
     fail_unless(seek_simply(all.pipeline, 1.0, flushing, GST_SEEK_TYPE_SET, 20 * frame));
     check_ended(all.run());
@@ -246,16 +242,15 @@ ELEMENT_TEST(test_another_rate_alone) {
   Played all("takesrc name=t location=" + numbers(folder, 50) +
              " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
   for (const double rate : {2.0, -2.0}) {
-    gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
-    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.pause();
     const bool forwards = rate > 0;
     fail_unless(seek(all.pipeline, forwards ? 1.0 : -1.0, flushing, forwards ? 30 * frame : 0,
                      forwards ? GST_CLOCK_TIME_NONE : 30 * frame + 1));
-    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.settle();
     // On from where the last seek led.
     fail_unless(gst_element_send_event(
         all.pipeline, gst_event_new_step(GST_FORMAT_BUFFERS, 10, 1.0, TRUE, FALSE)));
-    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.settle();
     all.clear();
     fail_unless(seek_simply(all.pipeline, rate, flushing, GST_SEEK_TYPE_NONE, 0));
     check_ended(all.run());
@@ -387,12 +382,11 @@ struct Recording {
 std::vector<int> times_from(const Folder& folder, double rate, GstClockTime from,
                             GstClockTime stop) {
   Played played("takesrc location=" + take_in(folder) + " ! fakesink name=out sync=false");
-  gst_element_set_state(played.pipeline, GST_STATE_PAUSED);
-  gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  played.pause();
   fail_unless(gst_element_seek(played.pipeline, rate, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
                                GST_SEEK_TYPE_SET, static_cast<gint64>(from), GST_SEEK_TYPE_SET,
                                static_cast<gint64>(stop)));
-  gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  played.settle();
   played.clear();
   check_ended(played.run());
   std::vector<int> times;

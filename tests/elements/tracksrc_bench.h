@@ -87,6 +87,14 @@ struct Bench {
     nothing_of(packet, counter, tracker);
   }
 
+  /// Of the warnings that came there is one, which has \p parts; returns it.
+  std::string expect_one_warning(std::initializer_list<const char*> parts) {
+    const std::vector<std::string> said = warnings_on(bus);
+    fail_unless_equals_int(said.size(), 1);
+    expect_in(said[0], parts);
+    return said[0];
+  }
+
   GstHarness* harness;
   GstBus* bus;
   GstElement* element;

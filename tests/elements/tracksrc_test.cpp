@@ -292,9 +292,7 @@ ELEMENT_TEST(test_times_of_the_clock) {
   fail_unless_equals_uint64(statistic(bench.element, "times-unusable"), 0);
   fail_unless_equals_uint64(bench.at(140 * ms, numbered(3, 0.3)).time, 139 * ms);
   fail_unless_equals_uint64(statistic(bench.element, "times-unusable"), 1);
-  const auto said = warnings_on(bench.bus);
-  fail_unless_equals_int(said.size(), 1);
-  expect_in(said[0], {"PTP", "times=sender"});
+  bench.expect_one_warning({"PTP", "times=sender"});
 }
 
 // As of a sender that tells millimetres; said once.
@@ -365,9 +363,7 @@ ELEMENT_TEST(test_full_disk_ends_the_recording_alone) {
   bench.at(10 * ms, at_x(1));
   bench.at(20 * ms, at_x(2));
   fail_unless_equals_uint64(statistic(bench.element, "record-failures"), 1);
-  const auto said = warnings_on(bench.bus);
-  fail_unless_equals_int(said.size(), 1);
-  expect_in(said[0], {"/dev/full", "disk is full"});
+  bench.expect_one_warning({"/dev/full", "disk is full"});
 }
 
 ELEMENT_TEST(test_refusals) {

@@ -10,13 +10,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <future>
-#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
-#include "builtin/stamp.h"
 #include "command_line.h"
+#include "support/labels.h"
 #include "support/live_line.h"
 #include "wire/mesh_payload.h"
 
@@ -225,18 +224,15 @@ class Line {
     GstMapInfo map;
     gst_buffer_map(buffer, &map, GST_MAP_READ);
     const Mesh mesh = read_mesh(Bytes(map.data, map.size));
-    Set set{static_cast<double>(GST_BUFFER_PTS(buffer)) * 1e-9, {}};
+    Set set{static_cast<double>(GST_BUFFER_PTS(buffer)) * 1e-9, test::labels_of(mesh)};
     std::int64_t first = INT64_MAX, last = INT64_MIN;
     bool timed = !mesh.views.empty();
-    for (const MeshView& mesh_view : mesh.views) {
-      const View& view = mesh_view.view;
-      const auto number =
-          read_stamp(view.pixels.data(), view.stride, view.roi.width, view.roi.height);
-      set.numbers.push_back(number ? *number : -1);
+    for (std::size_t i = 0; i < mesh.views.size(); ++i) {
+      const View& view = mesh.views[i].view;
       timed = timed && view.capture_time != no_time;
       // Both of the machine's monotonic clock: the label's number is the exposure's in periods.
       const double captured = 1e-9 * static_cast<double>(view.capture_time);
-      set.after.push_back(1e3 * std::remainder(captured - period * set.numbers.back(), turn));
+      set.after.push_back(1e3 * std::remainder(captured - period * set.numbers[i], turn));
       first = std::min(first, view.capture_time);
       last = std::max(last, view.capture_time);
     }
@@ -270,15 +266,6 @@ double whole_share(const std::vector<Set>& sets, std::size_t cameras, double beg
     return set.time >= begin && set.time < end && set.numbers.size() == cameras;
   });
   return static_cast<double>(whole) / ((end - begin) * 25.0);
-}
-
-bool mixed(const Set& set) {
-  int seen = -1;
-  for (const int number : set.numbers) {
-    if (number >= 0 && seen >= 0 && number != seen) return true;
-    seen = std::max(seen, number);
-  }
-  return false;
 }
 
 }  // namespace
@@ -351,7 +338,7 @@ int main(int argc, char** argv) {
   for (const Set& set : sets) {
     views += set.numbers.size();
     unreadable += std::count(set.numbers.begin(), set.numbers.end(), -1);
-    if (mixed(set) && ++mixed_sets <= most_shown) {
+    if (test::are_mixed(set.numbers) && ++mixed_sets <= most_shown) {
       std::printf("mixed at %.3f s:", set.time);
       for (std::size_t i = 0; i < set.numbers.size(); ++i)
         std::printf(" %d (captured %.1f ms later)", set.numbers[i], set.after[i]);

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -22,6 +21,16 @@ using synthetic::point_lamp;
 using synthetic::Shot;
 
 using CompositorLightTest = testing::BackendTest;
+
+/// A wall behind all, of \p material.
+void add_back_wall(Scene& scene, const Material& material) {
+  SceneMesh wall = scene.meshes[0];
+  wall.material = static_cast<int>(scene.materials.size());
+  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
+  wall.normals.assign(4, Vec3f(0, 0, 1));
+  scene.materials.push_back(material);
+  scene.meshes.push_back(wall);
+}
 
 // In the core of the shadow albedo / pi * exposure * power * cosine / distance^2 is missing; an area
 // lamp's power falls with the cosine at the lamp, too.
@@ -238,12 +247,7 @@ TEST_P(CompositorLightTest, WhatTheMirrorShowedIsTakenOut) {
   plaster.emission = {0.05f, 0.1f, 0.15f};
   const Vec3 lamp(0, 1.5, 0.5);
   Scene scene = floor_scene(glass, point_lamp(Vec3f(lamp), Vec3f(2.0f)));
-  scene.materials.push_back(plaster);
-  SceneMesh wall = scene.meshes[0];
-  wall.material = 1;
-  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
-  wall.normals.assign(4, Vec3f(0, 0, 1));
-  scene.meshes.push_back(wall);
+  add_back_wall(scene, plaster);
   scene.exposure = 0.7f;
   const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
   const Vec3 eye(0, 0.4, 1.7);
@@ -412,12 +416,7 @@ TEST_P(CompositorLightTest, WhatTheMirrorShowedIsThePicturesOwn) {
   Material glass, plaster;
   glass.roughness = 0.0f;
   Scene scene = floor_scene(glass, point_lamp({0, 2, 0.5}, Vec3f(0.5f)));
-  scene.materials.push_back(plaster);
-  SceneMesh wall = scene.meshes[0];
-  wall.material = 1;
-  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
-  wall.normals.assign(4, Vec3f(0, 0, 1));
-  scene.meshes.push_back(wall);
+  add_back_wall(scene, plaster);
   const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
   const Vec3 eye(0, 1.2, 1.7);
   Shot shot(scene, box, synthetic::look_at(eye, {0, 0.5, 0}, 300, 300, 70.0));
@@ -454,12 +453,7 @@ TEST_P(CompositorLightTest, TheShadowIsSeenInTheMirror) {
   metal.metallic = 1.0f;
   metal.roughness = 0.0f;
   Scene scene = floor_scene(plaster, point_lamp({0, 3, 0}, Vec3f(4.0f)));
-  scene.materials.push_back(metal);
-  SceneMesh wall = scene.meshes[0];
-  wall.material = 1;
-  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
-  wall.normals.assign(4, Vec3f(0, 0, 1));
-  scene.meshes.push_back(wall);
+  add_back_wall(scene, metal);
   scene.mirrors = find_mirrors(scene);
   ASSERT_EQ(scene.mirrors.size(), 1u);
   const Mesh box = plain_box({-0.2f, 0.5f, -0.2f}, {0.2f, 0.9f, 0.2f}, 0.9f);

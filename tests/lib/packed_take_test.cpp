@@ -3,15 +3,14 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <filesystem>
+#include <memory>
 #include <random>
 
 #include "base/error.h"
+#include "killed_writer.h"
 #include "support/folder.h"
 #include "support/refusal.h"
 #include "take/take_reader.h"
@@ -189,28 +188,12 @@ TEST_F(PackedTakes, AWriterKilledAtAnyMomentLeavesAllButTheLastSet) {
   for (int round = 0; round < 8; ++round) {
     std::filesystem::remove(path);
     std::filesystem::remove(path + "-journal");
-    int told[2];
-    ASSERT_EQ(pipe(told), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-      TakeWriter take(path, Existing::replace);
-      Cameras cameras(take, 2);
-      for (int i = 0;; ++i) {
-        cameras.write(i, i);
-        if (::write(told[1], &i, sizeof i) != sizeof i) _exit(1);
-      }
-    }
-    close(told[1]);
-    int last = -1;
-    const int after = static_cast<int>(random() % 30);
-    while (last < after && read(told[0], &last, sizeof last) == sizeof last) {
-    }
-    usleep(random() % 3000);
-    kill(child, SIGKILL);
-    waitpid(child, nullptr, 0);
-    while (read(told[0], &last, sizeof last) == sizeof last) {
-    }
-    close(told[0]);
+    const auto begin_take = [&] {
+      const auto take = std::make_shared<TakeWriter>(path, Existing::replace);
+      const auto cameras = std::make_shared<Cameras>(*take, 2);
+      return [take, cameras](int i) { cameras->write(i, i); };
+    };
+    const int last = test::last_of_killed(begin_take, random);
     int count = 0;
     for (int c = 0; c < 2; ++c) EXPECT_GE(count = count_sound(c), last) << "round " << round;
     TakeWriter take(path, Existing::append);

@@ -11,10 +11,11 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <memory>
 #include <random>
 
 #include "base/error.h"
+#include "killed_writer.h"
 #include "support/folder.h"
 #include "support/refusal.h"
 #include "take/take_reader.h"
@@ -185,28 +186,12 @@ TEST_F(Takes, AWriterKilledAtAnyMomentLeavesAllButTheLastSet) {
   for (int round = 0; round < kills; ++round) {
     std::filesystem::remove(path);
     std::filesystem::remove(path + "-journal");
-    int told[2];
-    ASSERT_EQ(pipe(told), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-      // Tells each set once write() of the next has begun to be possible.
-      TakeWriter take(path, Existing::replace);
-      for (int i = 0;; ++i) {
-        write(take, cameras, i, i + 1, 60'000);
-        if (::write(told[1], &i, sizeof i) != sizeof i) _exit(1);
-      }
-    }
-    close(told[1]);
-    int last = -1;
-    const int after = static_cast<int>(random() % 30);
-    while (last < after && read(told[0], &last, sizeof last) == sizeof last) {
-    }
-    usleep(random() % 3000);
-    kill(child, SIGKILL);
-    waitpid(child, nullptr, 0);
-    while (read(told[0], &last, sizeof last) == sizeof last) {
-    }
-    close(told[0]);
+    const auto begin_take = [&] {
+      return [take = std::make_shared<TakeWriter>(path, Existing::replace)](int i) {
+        write(*take, cameras, i, i + 1, 60'000);
+      };
+    };
+    const int last = test::last_of_killed(begin_take, random);
     // Sets 0 to `last` were written, and all but the last of them committed.
     for (int c = 0; c < cameras; ++c)
       EXPECT_GE(count_sound(path, "cam" + std::to_string(c), c, 60'000), last) << "round " << round;

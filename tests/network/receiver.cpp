@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "builtin/stamp.h"
+#include "support/labels.h"
 #include "tools/run/clock.h"
 #include "wire/mesh_payload.h"
 
@@ -62,13 +62,8 @@ GstPadProbeReturn mesh_comes(GstPad*, GstPadProbeInfo* info, gpointer data) {
   GstBuffer* buffer = GST_PAD_PROBE_INFO_BUFFER(info);
   GstMapInfo map;
   if (!gst_buffer_map(buffer, &map, GST_MAP_READ)) return GST_PAD_PROBE_OK;
-  Set set{1e-9 * static_cast<double>(GST_BUFFER_PTS(buffer)), self.now(), {}};
-  for (const MeshView& mesh_view : read_mesh(Bytes(map.data, map.size)).views) {
-    const View& view = mesh_view.view;
-    const auto number =
-        read_stamp(view.pixels.data(), view.stride, view.roi.width, view.roi.height);
-    set.numbers.push_back(number ? *number : -1);
-  }
+  Set set{1e-9 * static_cast<double>(GST_BUFFER_PTS(buffer)), self.now(),
+          polyhull::test::labels_of(read_mesh(Bytes(map.data, map.size)))};
   gst_buffer_unmap(buffer, &map);
   const std::scoped_lock lock(self.mutex);
   self.sets.push_back(std::move(set));
@@ -95,15 +90,6 @@ int failures = 0;
 void expect(bool holds, const std::string& what) {
   std::printf("%s  %s\n", holds ? "ok    " : "FAILED", what.c_str());
   failures += !holds;
-}
-
-bool mixed(const Set& set) {
-  int seen = -1;
-  for (const int number : set.numbers) {
-    if (number >= 0 && seen >= 0 && number != seen) return true;
-    seen = std::max(seen, number);
-  }
-  return false;
 }
 
 bool whole(const Set& set) {
@@ -135,7 +121,9 @@ void judge(const Receiver& self, double begin, double end) {
   const auto count = [&](auto&& suits) {
     return static_cast<int>(std::count_if(sets.begin(), sets.end(), suits));
   };
-  const int mixed_sets = count(mixed), whole_sets = count(whole);
+  const int mixed_sets =
+      count([](const Set& set) { return polyhull::test::are_mixed(set.numbers); });
+  const int whole_sets = count(whole);
   int unreadable = 0, views = 0;
   std::vector<double> latencies;
   bool rising = true;

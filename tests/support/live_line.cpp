@@ -14,8 +14,8 @@
 #include <unistd.h>
 
 #include "builtin/default_rig.h"
-#include "builtin/stamp.h"
 #include "rig/rig.h"
+#include "support/labels.h"
 #include "wire/mesh_payload.h"
 
 namespace polyhull::test {
@@ -112,13 +112,7 @@ bool LiveSet::whole(int cameras) const {
 }
 
 bool LiveSet::mixed() const {
-  int seen = -1;
-  for (const int number : numbers) {
-    if (number < 0) continue;
-    if (seen >= 0 && number != seen) return true;
-    seen = number;
-  }
-  return false;
+  return are_mixed(numbers);
 }
 
 LiveLine::LiveLine(const LiveOptions& options) : options_(options) {
@@ -153,14 +147,7 @@ GstPadProbeReturn LiveLine::mesh_comes(GstPad* pad, GstPadProbeInfo* info, gpoin
   gst_event_unref(event);
   GstMapInfo map;
   gst_buffer_map(buffer, &map, GST_MAP_READ);
-  const Mesh mesh = read_mesh(Bytes(map.data, map.size));
-  for (const MeshView& view : mesh.views) {
-    const View& v = view.view;
-    const auto number = v.pixels.empty()
-                            ? std::nullopt
-                            : read_stamp(v.pixels.data(), v.stride, v.roi.width, v.roi.height);
-    set.numbers.push_back(number ? *number : -1);
-  }
+  set.numbers = labels_of(read_mesh(Bytes(map.data, map.size)));
   gst_buffer_unmap(buffer, &map);
   const std::scoped_lock lock(self->mutex_);
   self->sets_.push_back(std::move(set));
