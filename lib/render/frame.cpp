@@ -169,9 +169,17 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
       continue;
     }
     const Light& own = frame.lights[light.light];
-    light.sharp = joins && is_distant(own, everything);
-    const int step = shadow_recipe(settings, own, light.share, light.sharp).ray_step;
-    const double grid = static_cast<double>(frame.width) * frame.height / (step * step);
+    const auto grid_of = [&](bool sharp) {
+      const int step = shadow_recipe(settings, own, light.share, sharp).ray_step;
+      return static_cast<double>(frame.width) * frame.height / (step * step);
+    };
+    // A sun is not sharp where others would lose their shadows to it.
+    light.sharp =
+        joins && is_distant(own, everything) &&
+        std::max(places + grid_of(true),
+                 mirrored_places + grid_of(true) * static_cast<double>(plan.mirrors.size())) <=
+            most_shadow_places;
+    const double grid = grid_of(light.sharp);
     if (!light.idle) {
       places += grid;
       if (places > grid && places > most_shadow_places) continue;  // the strongest one stays

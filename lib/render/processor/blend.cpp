@@ -168,9 +168,11 @@ void Blend::blend_piece(int x, int end, int y, const Spans& layers, const AllMis
     mirrored = mirrored || shown[m] || reflected[m];
   }
   const bool covered = layers.front.any(x, end), others = covered || mirrored;
+  const bool shadow_alone = !covered && !reflects;
+  if (shadow_alone && taken == Vec3f(0.0f)) return;
   const std::uint32_t darkest = darkest_of(x, end, y);
   const bool opaque = settings_.alpha == AlphaCoding::ignored || darkest >> 24 == 255;
-  if (!covered && !reflects && (opaque || !mirrored) && !is_seen(taken, darkest, opaque)) return;
+  if (shadow_alone && (opaque || !mirrored) && !is_seen(taken, darkest, opaque)) return;
   const bool seen = others ? own : is_seen(taken, 0, false);
   if (!seen && !others) return;
   BlendPixels& pixels = piece.pixels;

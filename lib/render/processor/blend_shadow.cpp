@@ -123,12 +123,13 @@ std::vector<Blend::Shadow> Blend::shadows_of(int y, AllMissing& missing) const {
 
 /// Whether it is sure without a look at each that nobody sees what the sixteen pixels from column \p x on lose.
 bool Blend::is_lost_unseen(int x, int y, const std::vector<Shadow>& shadows) const {
-  if (!settings_.skip) return false;
+  if (!settings_.skip || plan_.soft_lights == 0) return false;
   Vec3f most(0.0f);
   for (const auto& [shadow, soft, layer, power, missing] : shadows) {
     if (shadow && shadow->reaches(x, y)) return false;
     if (soft && soft->reaches(x, y)) most += power * soft->most(x, y);
   }
+  if (most == Vec3f(0.0f)) return true;
   const std::uint32_t darkest =
       darkest_of(std::max(x, changed_.x), std::min(x + sixteen, changed_.x + changed_.width), y);
   const bool opaque = settings_.alpha == AlphaCoding::ignored || darkest >> 24 == 255;

@@ -56,8 +56,8 @@ bool LightMasks::set(const LightReach& reach, std::span<const Vec3f> points,
                     most_moved / moved);
   // Of the sections whole words, and eights of rows.
   const Vec2f size = (high - low_) * scale_;
-  const auto whole = [](float at, int parts) {
-    return std::min((static_cast<int>(at) + parts) / parts * parts, texels);
+  const auto whole = [&](float at, int parts) {
+    return std::min(static_cast<int>(at) / parts + 1, (finest + parts - 1) / parts) * parts;
   };
   columns_used_ = whole(size.x, 64);
   rows_used_ = whole(size.y, 8);
