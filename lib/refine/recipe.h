@@ -40,6 +40,7 @@ struct Recipe {
   PlateSettings coarse = coarse_plate, middle = middle_plate;
   int pulls = 2;           ///< to the rims, before the fine grid
   std::size_t stride = 2;  ///< of the rays, in flows and pulls
+  float last_step = 1.0f;  ///< along all rays, for the rims that the fine grid is fitted to
   std::span<const RimFit> fits = all_fits;
   Flatness flatness{.anywhere = 0.2f, .at_rims = 0.07f};  ///< of the triangles
 };
@@ -59,12 +60,13 @@ inline Recipe recipe_of(const RefineSettings& settings) {
     recipe.flatness = {.anywhere = 0.25f, .at_rims = 0.09f};
   }
   if (settings.quality == RefineQuality::fine) recipe.cell = 0.016;
+  if (settings.cell > 0.0) recipe.cell = settings.cell;
   // Fewer steps, or more cells from rim to rim, want more to go by.
-  if (settings.quality != RefineQuality::good) {
+  if (settings.quality == RefineQuality::fast || recipe.cell < 0.02) {
     recipe.coarse.stride = 2;
     recipe.middle.band = 2.5f;
+    recipe.last_step = 0.5f;
   }
-  if (settings.cell > 0.0) recipe.cell = settings.cell;
   return recipe;
 }
 

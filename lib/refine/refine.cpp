@@ -242,7 +242,7 @@ void HullRefiner::State::start_middle() {
 
 void HullRefiner::State::fit() {
   for (std::size_t p = 0; p < middle.size(); ++p) make_fine(middle[p], distance, fine[p], threads);
-  find_rims(rays, middle, 1.0f, RimSearch::everywhere, 1, threads);
+  find_rims(rays, middle, recipe.last_step, RimSearch::everywhere, 1, threads);
   for (const RimFit& fit : recipe.fits) {
     find_rims(rays, fine, 0.15f, RimSearch::near, fit.stride, threads);
     for (std::size_t p = 0; p < fine.size(); ++p) {
