@@ -4,12 +4,14 @@
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstring>
 #include <fstream>
 #include <span>
 #include <system_error>
@@ -93,16 +95,24 @@ std::uint64_t content_of(const Sides& sides) {
   return hash.value();
 }
 
-/// The file as it lies on the disk, for reading; it stays what it is when another one takes its name. Null where
+struct MappedFile {
+  std::shared_ptr<const std::byte> bytes;  // null: there are none
+  std::size_t size = 0;
+};
+
+/// The file as it lies on the disk, for reading; it stays what it is when another one takes its name. Nothing where
 /// it cannot be.
-std::shared_ptr<const std::byte> mapped(const fs::path& path, std::size_t size) {
+MappedFile mapped(const fs::path& path) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return nullptr;
-  void* bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
+  if (file < 0) return {};
+  struct stat status = {};
+  const auto size = fstat(file, &status) == 0 ? static_cast<std::size_t>(status.st_size) : 0;
+  void* bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);  // refuses size 0
   close(file);
-  if (bytes == MAP_FAILED) return nullptr;
-  return {static_cast<const std::byte*>(bytes),
-          [size](const std::byte* first) { munmap(const_cast<std::byte*>(first), size); }};
+  if (bytes == MAP_FAILED) return {};
+  return {{static_cast<const std::byte*>(bytes),
+           [size](const std::byte* first) { munmap(const_cast<std::byte*>(first), size); }},
+          size};
 }
 
 /// Leaves the files that were used last.
@@ -126,21 +136,18 @@ std::unique_ptr<LightCache> load_light(const TracedScene& scene, const LightCach
                                        const fs::path& folder) {
   const std::uint64_t key = key_of(scene.scene(), options);
   const fs::path path = file_of(folder, key);
-  std::ifstream file(path, std::ios::binary);
+  const MappedFile file = mapped(path);
   Header header;
-  if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return nullptr;
-  std::error_code error;
-  const std::uint64_t rest = fs::file_size(path, error) - sizeof header;
-  if (error || header.magic != Header{}.magic || header.key != key ||
-      header.unused != Header{}.unused || header.nodes[0] > rest / sizeof(Float4) ||
-      header.nodes[1] > rest / sizeof(Float4) ||
+  if (file.size < sizeof header) return nullptr;
+  std::memcpy(&header, file.bytes.get(), sizeof header);
+  const std::uint64_t rest = file.size - sizeof header;
+  if (header.magic != Header{}.magic || header.key != key || header.unused != Header{}.unused ||
+      header.nodes[0] > rest / sizeof(Float4) || header.nodes[1] > rest / sizeof(Float4) ||
       rest != (header.nodes[0] + header.nodes[1]) * sizeof(Float4))
     return nullptr;
-  const std::shared_ptr<const std::byte> bytes = mapped(path, sizeof header + rest);
-  if (!bytes) return nullptr;
   MappedLight values{
-      bytes, {}, {header.mean_bounced[0], header.mean_bounced[1], header.mean_bounced[2]}};
-  const auto* first = reinterpret_cast<const Float4*>(bytes.get() + sizeof header);
+      file.bytes, {}, {header.mean_bounced[0], header.mean_bounced[1], header.mean_bounced[2]}};
+  const auto* first = reinterpret_cast<const Float4*>(file.bytes.get() + sizeof header);
   for (int side = 0; side < 2; ++side) {
     values.sides[side] = {first, header.nodes[side]};
     first += header.nodes[side];
@@ -149,7 +156,8 @@ std::unique_ptr<LightCache> load_light(const TracedScene& scene, const LightCach
   auto light = std::make_unique<LightCache>(scene, options, std::move(values));
   if (!light->usable()) return nullptr;
   light->rest();  // not all that was held against the hash is looked at
-  fs::last_write_time(path, fs::file_time_type::clock::now(), error);  // it is in use
+  std::error_code ignored;
+  fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);  // it is in use
   return light;
 }
 

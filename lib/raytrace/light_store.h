@@ -5,7 +5,9 @@
 ///
 /// A file is named after a hash of all that the light depends on (the scene's surfaces, materials,
 /// textures and lights, and LightCacheOptions), and holds a hash of its content: what was cut off,
-/// changed or made by another version is not used, and is written anew.
+/// changed or made by another version is not used, and is written anew. A file in use is mapped, and only ever
+/// replaced or removed as a whole here; should another program cut it off in place, or its disk fail, SIGBUS ends
+/// the process.
 #pragma once
 
 #include <filesystem>

@@ -296,10 +296,12 @@ void Background::prepare(const std::vector<Light>& lights, float sky, int thread
   options_.light.threads = own;
 }
 
-void Background::rest() {
-  constexpr int still = 2;  // a viewport that moves every other frame shall not pay for it
-  if (unchanged_ < still || samples_ > 0 || view_.empty()) return;
-  for (std::vector<Vec3f>* of : {&view_, &sums_, &refined_}) *of = std::vector<Vec3f>();
+void Background::rest(int still) {
+  if (!light_ || unchanged_ < still || view_.empty()) return;
+  if (samples_ == 0) {  // else it would be another picture
+    for (std::vector<Vec3f>* of : {&view_, &sums_, &refined_}) *of = std::vector<Vec3f>();
+    rows_done_ = 0;  // of a sample whose sums are gone
+  }
   raster_.reset();
   light_->rest();
 }

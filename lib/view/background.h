@@ -100,9 +100,10 @@ class Background {
   void prepare(const std::vector<Light>& lights, float sky, int threads,
                const std::atomic<bool>& stop);
 
-  /// For where nobody will refine(): once the view has stood still for some updates, gives back the memory that only
-  /// new views need. The next one, refine() and write() fetch what they want again: the same picture.
-  void rest();
+  /// For where nobody will refine(): once the view has stood still for \p still updates, gives back the memory that
+  /// only new views need. The next one, refine() and write() fetch what they want again: the same picture. A picture
+  /// with samples in it is kept.
+  void rest(int still);
 
   /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
   /// whole pass over the picture has been finished and the picture is a better one. Not before the

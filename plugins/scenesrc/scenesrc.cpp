@@ -208,8 +208,8 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const Background::Work work =
         stream.draw(GST_ELEMENT(push), statistics, settings, control, tracked, info, pts);
     lit |= work == Background::Work::lit;
-    const bool refined =
-        work == Background::Work::none && stream.refine(source, settings, self.clock.due(next));
+    const bool refined = work == Background::Work::none &&
+                         stream.refine(source, settings, info, self.clock.due(next));
     GstBuffer* buffer = stream.make_buffer(info, work != Background::Work::none || refined);
     const DrawnFrame drawn{next, work, lit, refined, watch.milliseconds()};
     tell(GST_ELEMENT(push), self, settings, drawn, said);

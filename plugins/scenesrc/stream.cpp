@@ -130,9 +130,12 @@ std::string SceneStream::clipped(const SceneSettings& settings) {
       shown.exposure * factor);
 }
 
-bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {
+bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings,
+                         const GstVideoInfo& info, GstClockTime due) {
   Background& background = *scenes_.shown().background;
-  if (settings.refinement == Refinement::never) background.rest();
+  // After a second: a viewport that moves now and then shall not pay for it.
+  if (settings.refinement == Refinement::never)
+    background.rest(std::max(info.fps_n / info.fps_d, 1));
   if (background.samples() >= settings.samples || settings.refinement == Refinement::never) {
     return false;
   }

@@ -47,7 +47,8 @@ class SceneStream {
 
   /// Traces a still view further as the settings allow, in a live stream until running time is
   /// \p due; true when the picture has become better.
-  bool refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due);
+  bool refine(GstBaseSrc* source, const SceneSettings& settings, const GstVideoInfo& info,
+              GstClockTime due);
 
   /// What is to be said of a scene without light, or of which parts are not drawn; empty: nothing.
   std::string about_scene(const SceneSettings& settings) const;

@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "base/memory/sparse_array.h"
 #include "render/processor/scene/receivers.h"
 #include "synthetic.h"
 
@@ -82,6 +84,21 @@ class AlbedoLayerTest : public ::testing::Test {
   Camera camera;
   SceneLayer layer;
 };
+
+TEST(SparseArray, KeepsWhereThereIsRoomAndElseIsZero) {
+  constexpr std::size_t small = 1000, large = 100'000;
+  SparseArray<int> values;
+  values.make_room(0);
+  EXPECT_EQ(values.data(), nullptr);
+  values.make_room(small);
+  values[small - 1] = 7;
+  for (const std::size_t size : {small, small / 2, std::size_t{0}}) {
+    values.make_room(size);
+    EXPECT_EQ(values[small - 1], 7) << size;
+  }
+  values.make_room(large);
+  EXPECT_EQ(std::count(values.data(), values.data() + large, 0), std::ptrdiff_t{large});
+}
 
 TEST_F(AlbedoLayerTest, IsWhatRaysFind) {
   AlbedoLayer albedo;

@@ -146,5 +146,55 @@ TEST(GradualLight, EndsEarly) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
 }
 
+TEST(BackgroundRest, ASampleUnderWayStartsAgain) {
+  BackgroundOptions options = settings(false);
+  options.light.spacing = 0.1f;
+  const auto refined = [&](bool rests) {
+    Background background(small_scene(), options);
+    background.update(camera, background.scene().lights, 1.0f);
+    background.update(camera, background.scene().lights, 1.0f);
+    EXPECT_FALSE(background.refine(camera.height / 2));
+    background.rest(rests ? 1 : 2);
+    EXPECT_EQ(background.picture().empty(), rests);
+    EXPECT_TRUE(background.refine(camera.height));
+    EXPECT_EQ(background.samples(), 1u);
+    return background.picture();
+  };
+  EXPECT_EQ(refined(true), refined(false));
+}
+
+TEST(BackgroundRest, TheNextViewsAreThoseOfAFreshOne) {
+  const test::Folder own;
+  BackgroundOptions options = settings(false);
+  options.light.spacing = 0.1f;
+  options.light_folder = own / "light";
+  std::vector<Light> lights = small_scene().lights;
+  const auto fresh = [&](const Camera& viewport) {
+    Background background(small_scene(), options);
+    background.update(viewport, lights, 1.0f);
+    return background.picture();
+  };
+  fresh(camera);  // whose light is kept
+  Background background(small_scene(), options);
+  const auto see = [&](const Camera& viewport) {
+    background.update(viewport, lights, 1.0f);
+    const std::vector<Vec3f> picture = background.picture();
+    background.rest(0);
+    EXPECT_TRUE(background.picture().empty());
+    return picture;
+  };
+  see(camera);
+  EXPECT_TRUE(background.light_was_kept());
+  const Camera aside = look_at({-1.0, 0.9, 1.9}, {0, 0.2, 0}, 45, 96, 72);
+  EXPECT_EQ(see(aside), fresh(aside));
+  options.light_folder.clear();
+  lights[0].centre.x -= 0.5f;
+  EXPECT_EQ(see(aside), fresh(aside));
+  background.refine(camera.height);
+  const std::vector<Vec3f> picture = background.picture();
+  background.rest(0);
+  EXPECT_EQ(background.picture(), picture) << "samples are kept";
+}
+
 }  // namespace
 }  // namespace polyhull

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -121,6 +122,21 @@ TEST(FilteredTexture, WideFootprintsGiveTheMean) {
   EXPECT_NEAR(texture.over({0.3f, 0.3f}, {0.1f, 0.1f}, {0.0f, 1.0f}).x, 0.5f, 0.01f);
   EXPECT_NEAR(texture.at({0.5f / 64, 0.5f / 64}).x, 1.0f, 1e-3f);
   EXPECT_NEAR(texture.at({1.5f / 64 + 7, 0.5f / 64 - 3}).x, 0.0f, 1e-3f);
+}
+
+TEST(FilteredTexture, ScenesWithAPictureInCommonHaveItInCommon) {
+  const Picture grey{8, 8, 4, std::vector<std::uint8_t>(8 * 8 * 4, 128)};
+  Scene scene;
+  scene.textures.emplace_back(grey);
+  std::weak_ptr<const FilteredTexture> first;
+  {
+    const Scene copy = scene;
+    const auto texture = filtered_texture(scene.textures[0]);
+    EXPECT_EQ(filtered_texture(copy.textures[0]), texture);
+    EXPECT_NE(filtered_texture(grey), texture) << "a picture of its own";
+    first = texture;
+  }
+  EXPECT_TRUE(first.expired()) << "nobody has it any longer";
 }
 
 TEST(SurfaceGrid, TakesAsManyVerticesAsThereAreAndStops) {
