@@ -148,14 +148,20 @@ void TrackInput::doubt(const char* counter, bool& said, const std::string& what)
 }
 
 /// Counts, and says once, that \p pose is farther from the tracker's origin than any stage is large.
+/// FreeD's packets tell no such place, but offsets make one.
 void TrackInput::doubt_place(const TrackedPose& pose) {
   const double away = glm::length(pose.place);
-  if (away > 1000.0)
-    doubt("places-doubtful", place_doubted_,
-          fmt::format("The tracked camera is {:.4g} m from the tracker's origin. OpenTrackIO tells "
-                      "metres: where it is {:.4g} m, the sender tells millimetres and has to be "
-                      "set right.",
-                      away, 0.001 * away));
+  if (!(away > 1000.0)) return;
+  doubt("places-doubtful", place_doubted_,
+        pose.source.starts_with("freed ")
+            ? fmt::format("The tracked camera is {:.4g} m from the tracker's origin. FreeD's "
+                          "packets reach 131 m along each axis, the rest is of offset-x, offset-y "
+                          "and offset-z: they are metres, so give 1.5 for 1500 mm.",
+                          away)
+            : fmt::format("The tracked camera is {:.4g} m from the tracker's origin. OpenTrackIO "
+                          "tells metres: where it is {:.4g} m, the sender tells millimetres and "
+                          "has to be set right.",
+                          away, 0.001 * away));
 }
 
 /// Counts, and says of each kind once, why the field of view will not be that of the lens of \p pose,

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "base/error.h"
 #include "base/thread_pool.h"
@@ -122,13 +123,38 @@ double worst_reach(const PlanRequest& request, const Camera& like, double distan
   return worst;
 }
 
-/// Standing people fit better into pictures that are higher than wide.
+bool would_do(const PlanRequest& request) {
+  try {
+    candidates_of(request);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// Standing people fit better into pictures that are higher than wide. Empty where that is too
+/// little.
 std::string side_hint(const PlanRequest& request) {
   if (request.width <= request.height) return {};
-  const double fov = 2.0 * std::atan(std::tan(request.fov * std::numbers::pi / 360.0) *
-                                     request.height / request.width);
-  return fmt::format(", or cameras on their side (--picture {}x{} --fov {:.1f})", request.height,
-                     request.width, fov * 180.0 / std::numbers::pi);
+  PlanRequest turned = request;
+  std::swap(turned.width, turned.height);
+  const double fov =
+      360.0 / std::numbers::pi *
+      std::atan(std::tan(request.fov * std::numbers::pi / 360.0) * request.height / request.width);
+  turned.fov = std::round(10.0 * fov) / 10.0;  // as it is told
+  if (!would_do(turned)) return {};
+  return fmt::format(", or cameras on their side (--picture {}x{} --fov {:.1f})", turned.width,
+                     turned.height, turned.fov);
+}
+
+/// Whether cameras that far away may stand somewhere, and enough of them see a person.
+bool distance_would_do(const PlanRequest& request, double distance) {
+  PlanRequest moved = request;
+  moved.distance = distance;
+  double farthest_wall = 0.0;
+  for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step)
+    farthest_wall = std::max(farthest_wall, wall_distance(request, azimuth));
+  return distance <= farthest_wall + 1e-9 && would_do(moved);
 }
 
 [[noreturn]] void refuse_distance(const PlanRequest& request, const Camera& like, double height) {
@@ -138,13 +164,16 @@ std::string side_hint(const PlanRequest& request) {
   double enough = std::floor(20.0 * *request.distance) / 20.0;  // twentieths of a metre
   do enough += 0.05;
   while (enough < furthest && !(worst_reach(request, like, enough) <= 1.0));
+  const bool fits = worst_reach(request, like, enough) <= 1.0;
+  std::string ways;
+  if (degrees <= widest) ways = fmt::format("a field of view of {:.0f} degrees", degrees);
+  if (fits && distance_would_do(request, enough))
+    ways += fmt::format("{}a distance of {:.2f} m", ways.empty() ? "" : " or ", enough);
+  if (ways.empty()) ways = fits ? "a larger room" : "a picture nearer to a square";
   throw Error(Error::Kind::bad_input,
               "From {:g} m away, {:g} m high (--heights), a person in the middle of the stage does "
-              "not fit into the picture; {}a distance of {:.2f} m would do{}.",
-              *request.distance, height,
-              degrees <= widest ? fmt::format("a field of view of {:.0f} degrees or ", degrees)
-                                : std::string(),
-              enough, side_hint(request));
+              "not fit into the picture; {} would do{}.",
+              *request.distance, height, ways, side_hint(request));
 }
 
 /// At the distance that is given.

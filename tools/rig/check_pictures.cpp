@@ -259,6 +259,8 @@ void PictureCheck::try_pose_forms() {
     for (const SeenSubject& view : given) form.mend(cameras.emplace_back(*view.camera));
     std::vector<SeenSubject> views = given;  // the lens, and so the rings, stay as they are
     for (std::size_t i = 0; i < views.size(); ++i) views[i].camera = &cameras[i];
+    // Within bounds what no camera sees may be subject: cameras that look away explain all.
+    if (rig_.bounds && !score_of(views, std::nullopt).good(before_)) continue;
     keep(score_of(views, rig_.bounds), form.sentence);
   }
 }

@@ -228,7 +228,12 @@ TEST(RigImportOpenCv, FilesOfOtherProgramsAreNamed) {
     expect_refused([&, text = text] { read(text); }, "COLMAP's text model");
   }
   // Whatever an OpenCV file has besides.
-  expect_same(read("views: 4\nposes: 4\nimage_size: [1024, 768]\n" + matrices(flat)), one_camera());
+  const std::string size = "image_size: [1024, 768]\n";
+  expect_taken("{\n\"views\": 4,\n\"poses\": 4,\n" +
+               with(matrices(json), "\"mtx\"", "\"intrinsics\"") +
+               "\"imageSize\": [1024, 768]\n}\n");
+  expect_taken("# Bundle file\nmaker: NVM_V3\n" + size + matrices(flat));
+  expect_refused([] { read("fx: 700\n# Bundle file\nmaker: NVM_V3\n"); }, "no camera matrix");
 }
 
 }  // namespace

@@ -179,6 +179,13 @@ TEST(RigPictures, PosesInAnotherFormAreNamed) {
     EXPECT_TRUE(names(text, words)) << words << ": " << text;
     EXPECT_FALSE(names(text, "; or")) << text;
   }
+  // Within a room's bounds cameras of some other form look at nothing, which contradicts nothing.
+  rig.bounds = Bounds{Vec3(-4.0, 0.0, -4.0), Vec3(4.0, 3.0, 4.0)};
+  std::vector<CameraPictureRings> swapped = pictures;
+  std::swap(swapped[0].rings, swapped[1].rings);
+  const std::string text = said(rig, swapped);
+  EXPECT_TRUE(names(text, "cam0 and cam1 look swapped")) << text;
+  EXPECT_FALSE(names(text, "; or")) << text;
 }
 
 TEST(RigPictures, BackgroundInAPictureIsNoWrongCamera) {

@@ -33,6 +33,7 @@ constexpr const char* add_poses =
 struct OtherProgram {
   std::initializer_list<const char*> marks;
   const char* name;
+  bool at_beginning = false;  // where the mark must stand
 };
 const OtherProgram other_programs[] = {
     {{"<document", "<chunk", "<camera"}, "Metashape's file of cameras"},
@@ -42,8 +43,8 @@ const OtherProgram other_programs[] = {
     {{"\"sfm_data_version\""}, "OpenMVG's sfm_data.json"},
     {{"\"shots\"", "\"cameras\""}, "OpenSfM's reconstruction.json"},
     {{"xcr:CalibrationPrior"}, "RealityCapture's XMP file"},
-    {{"# Bundle file"}, "a Bundler file"},
-    {{"NVM_V"}, "a VisualSFM file"},
+    {{"# Bundle file"}, "a Bundler file", true},
+    {{"NVM_V"}, "a VisualSFM file", true},
 };
 
 // Lower case, without what joins words: image_Width and imageWidth are the same.
@@ -59,13 +60,21 @@ bool contains_any(const std::string& text, std::initializer_list<const char*> pa
   return std::ranges::any_of(parts, [&](const char* part) { return text.find(part) != text.npos; });
 }
 
-const OtherProgram* other_program(const std::string& text) {
-  if (contains_any(text, {"<opencv_storage>", "%YAML"})) return nullptr;
+// The refusal of a \p text without a camera matrix; nothing where it looks like no other program's.
+std::optional<std::string> other_program(const std::string& text) {
+  if (contains_any(text, {"<opencv_storage>", "%YAML"})) return {};
   const auto* found = std::ranges::find_if(other_programs, [&](const OtherProgram& program) {
-    return std::ranges::all_of(program.marks,
-                               [&](const char* mark) { return text.find(mark) != text.npos; });
+    return std::ranges::all_of(program.marks, [&](const char* mark) {
+      return program.at_beginning ? text.starts_with(mark) : text.find(mark) != text.npos;
+    });
   });
-  return found == std::end(other_programs) ? nullptr : found;
+  if (found == std::end(other_programs)) return {};
+  return fmt::format(
+      "this is {}, which is not read. Write the cameras as COLMAP's text model (cameras.txt and "
+      "images.txt; many programs export it) for `import colmap`, or as an OpenCV file each: "
+      "camera_matrix, distortion_coefficients, R and T, world to camera, x right, y down, z "
+      "forward",
+      found->name);
 }
 
 bool is_number(const cv::FileNode& node) {
@@ -92,8 +101,13 @@ bool read_list(const cv::FileNode& list, std::vector<double>& numbers) {
 }  // namespace
 
 OpenCvFile::OpenCvFile(const std::string& path) : path_(path), text_(read_text(path)) {
-  open();
-  refuse_other_models();
+  try {
+    open();
+    refuse_other_models();
+  } catch (const Error&) {
+    if (const auto other = other_program(text_)) fail(*other);
+    throw;
+  }
 }
 
 void OpenCvFile::fail(const std::string& what) const {
@@ -118,13 +132,6 @@ void OpenCvFile::open() {
     return;
   }
   if (is_ros()) fail(ros);
-  if (const OtherProgram* program = other_program(text_))
-    fail(fmt::format(
-        "this is {}, which is not read. Write the cameras as COLMAP's text model (cameras.txt and "
-        "images.txt; many programs export it) for `import colmap`, or as an OpenCV file each: "
-        "camera_matrix, distortion_coefficients, R and T, world to camera, x right, y down, z "
-        "forward",
-        program->name));
   std::size_t begin = 0, lines_before = 0;
   for (const Line& line : lines_of(text_)) {
     if (!line.text.empty() && line.text[0] != '#') break;
@@ -232,6 +239,8 @@ cv::Mat OpenCvFile::find(Names names, const std::string& label) const {
       throw cv::Exception();
     }
   } catch (const cv::Exception&) {
+    // As Meshroom's "intrinsics": the first that was asked for is the camera matrix.
+    if (const auto other = other_program(text_); other && read_.size() <= 1) fail(*other);
     fail_in(node, fmt::format("{} is no matrix of cv::FileStorage (!!opencv-matrix with rows, "
                               "cols, dt and data), and no list of numbers",
                               node.name()));
@@ -247,6 +256,7 @@ cv::Mat OpenCvFile::need(Names names, std::initializer_list<std::size_t> sizes, 
                          const std::string& label) const {
   const cv::Mat found = find(names, label);
   if (found.empty()) {
+    if (const auto other = other_program(text_); other && read_.size() <= 1) fail(*other);
     std::string list;
     for (const char* name : names) list += (list.empty() ? "" : ", ") + (name + label);
     fail(fmt::format("no {}; looked for {}, and the file has {}", what, list, contents()));
