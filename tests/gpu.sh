@@ -22,7 +22,7 @@ import json, os, sys
 for test in json.load(sys.stdin):
     program, *words = test["cmd"]
     if test["name"] in os.environ["NAMES"].split():
-        print("tests/" + program.split("/tests/")[1], *words)' | sort)
+        print("tests/" + program.rsplit("/tests/", 1)[1], *words)' | sort)
 programs=$(printf '%s\n' "${tests[@]}" | sed 's/ .*//' | sort -u)
 ninja -C "$build" plugins/libgstpolyhull.so tests/benchmarks/picture_benchmark $programs
 

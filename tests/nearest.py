@@ -6,10 +6,10 @@ commit), one a line, nearest first, as many as run within a time.
 usage: nearest.py BUILD-FOLDER [SECONDS] [FILE...]
 
 A test is near by its name and by what it includes and links, as the build folder knows it: (0) its own source
-changed, or it is called as the changed file or element; (1) it includes the changed header or the header of the
-changed source; (2) it includes a header of the same folder; (3) it links an object made from a changed file;
-(4) it runs the plugin made from one. Within a distance the quickest come first, by the times of the last runs. Of 0 all are
-taken, of the others those that the time (100 s, two at once) leaves room for."""
+changed, or it is called as the changed file or element; (1) it, or another source of its program, includes the
+changed header or the header of the changed source; (2) it includes a header of the same folder; (3) it links an
+object made from a changed file; (4) it runs the plugin made from one. Within a distance the quickest come first, by
+the times of the last runs. Of 0 all are taken, of the others those that the time (100 s, two at once) leaves room for."""
 import json
 import pathlib
 import re
@@ -90,10 +90,9 @@ def distance(build, test, changed):
         return 0
     target = program.removeprefix(str(build.folder) + "/")
     own = build.includes(item for item in build.inputs.get(target, []) if item in build.sources)
-    called = {path.split("/")[1] if path.startswith("plugins/") else pathlib.PurePath(path).stem.removesuffix("_test")
-              for path in changed}
+    called = {path.split("/")[1] if path.startswith("plugins/") else pathlib.PurePath(path).stem for path in changed}
     name = test["name"].removeprefix("element-")
-    if any(name == word or name.startswith(word + "_") for word in called):
+    if any(name + "_test" == word or name == word or name.startswith(word + "_") for word in called):
         return 0
     headers = {re.sub(r"\.(cpp|inc)$", ".h", path) for path in changed} | changed
     if own & headers:
