@@ -21,7 +21,7 @@ class SparseArray {
   /// Makes room for \p size elements. Where there is room they stay, else all become 0. Throws std::bad_alloc.
   void make_room(std::size_t size) {
     if (size == 0 || (values_ && size <= values_.get_deleter().size)) return;
-    values_.reset();  // the memory first
+    values_.reset();   // the memory first
     size += size / 2;  // for nothing, and what grows from frame to frame is not made anew each time
     void* const bytes = mmap(nullptr, size * sizeof(T), PROT_READ | PROT_WRITE,
                              MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
