@@ -54,10 +54,16 @@ std::uint32_t Blend::darkest_of(int x, int end, int y) const {
       background_ + static_cast<std::ptrdiff_t>(y) * background_stride_ + 4 * x;
   using Byte16 = std::uint8_t __attribute__((vector_size(16)));
   Byte16 least = ~Byte16{};
-  for (int left = 4 * (end - x); left > 0; left -= 16, codes += 16) {
-    Byte16 four = ~Byte16{};
-    std::memcpy(&four, codes, static_cast<std::size_t>(std::min(left, 16)));
+  int left = end - x;
+  for (; left >= 4; left -= 4, codes += sizeof(Byte16)) {
+    Byte16 four;
+    std::memcpy(&four, codes, sizeof four);
     least = four < least ? four : least;
+  }
+  if (left > 0) {
+    Byte16 rest = ~Byte16{};
+    std::memcpy(&rest, codes, 4 * static_cast<std::size_t>(left));
+    least = rest < least ? rest : least;
   }
   std::uint8_t bytes[16], out[4];
   std::memcpy(bytes, &least, sizeof bytes);
