@@ -162,9 +162,11 @@ bool distance_would_do(const PlanRequest& request, double distance) {
                        like.width / like.K[0][0];
   const double degrees = std::ceil(std::atan(wider) * 360.0 / std::numbers::pi);
   double enough = std::floor(20.0 * *request.distance) / 20.0;  // twentieths of a metre
-  do enough += 0.05;
-  while (enough < furthest && !(worst_reach(request, like, enough) <= 1.0));
-  const bool fits = worst_reach(request, like, enough) <= 1.0;
+  bool fits = false;
+  do {
+    enough += 0.05;
+    fits = worst_reach(request, like, enough) <= 1.0;
+  } while (!fits && enough < furthest);
   std::string ways;
   if (degrees <= widest) ways = fmt::format("a field of view of {:.0f} degrees", degrees);
   if (fits && distance_would_do(request, enough))
