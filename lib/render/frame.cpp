@@ -15,6 +15,8 @@ namespace polyhull {
 namespace {
 
 constexpr double near_plane = 0.05;  // metres
+/// Scene sizes: an environment's suns are farther away, the scene's lamps nearer.
+constexpr double suns_away = 10.0;
 /// Places at which shadows are kept, of all lights together, some 70 bytes each, and as many again in
 /// mirrors: the strongest lights that fit are drawn.
 constexpr double most_shadow_places = 32e6;
@@ -145,13 +147,6 @@ int pixels_beyond(const PlacedSubject& subject, const RenderPlan& plan, int most
   return pixels < most ? static_cast<int>(std::ceil(pixels)) : most;
 }
 
-/// Whether a light is as far away as an environment's suns, and not one of the scene's lamps.
-bool is_distant(const Light& light, const Bounds& everything) {
-  const Vec3 middle = 0.5 * (everything.min + everything.max);
-  return glm::distance(Vec3(light.centre), middle) >
-         10.0 * glm::distance(everything.min, everything.max);
-}
-
 /// Finds the lights whose shadows of what stands in \p people are seen, and where; \p plan has its
 /// mirrors. \p join: plan_frame()'s.
 void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, const Bounds& people,
@@ -175,7 +170,7 @@ void plan_shadows(const RenderFrame& frame, const RenderSettings& settings, cons
     };
     // A sun is not sharp where others would lose their shadows to it.
     light.sharp =
-        joins && is_distant(own, everything) &&
+        joins && is_beyond(own, everything, suns_away) &&
         std::max(places + grid_of(true),
                  mirrored_places + grid_of(true) * static_cast<double>(plan.mirrors.size())) <=
             most_shadow_places;

@@ -36,6 +36,11 @@ bool within_reach(const Vec3f& v) {
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
 
+bool is_beyond(const Light& light, const Bounds& bounds, double sizes) {
+  return glm::distance(Vec3(light.centre), 0.5 * (bounds.min + bounds.max)) >
+         sizes * glm::distance(bounds.min, bounds.max);
+}
+
 void check_viewport(const Camera& camera) {
   bool finite = camera.width > 0 && camera.height > 0;
   for (int i = 0; i < 3; ++i) {

@@ -13,6 +13,9 @@ namespace polyhull {
 /// Whether \p v is finite and at most 1e9 (metres) on each axis.
 bool within_reach(const Vec3f& v);
 
+/// Whether \p light is farther from the middle of \p bounds than \p sizes times their diagonal.
+bool is_beyond(const Light& light, const Bounds& bounds, double sizes);
+
 /// Throws Error for a viewport that is not finite, has no size, no focal length or no rotation, or
 /// whose K is not of the form [f s c; 0 f c; 0 0 1], pixels.
 void check_viewport(const Camera& camera);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/gl/passes.h"
+#include "scene/drawable.h"
 
 namespace polyhull {
 namespace {
@@ -66,13 +67,6 @@ GLuint make_sampler(gl::Sampler& sampler, bool compare) {
   return sampler.get();
 }
 
-/// Whether the light is so far from the scene that a wide map would show it in a few texels.
-bool is_sun(const Light& light, const Bounds& scene) {
-  constexpr double sizes = 4.0;
-  return glm::distance(Vec3(light.centre), 0.5 * (scene.min + scene.max)) >
-         sizes * glm::distance(scene.min, scene.max);
-}
-
 }  // namespace
 
 void set_lights(PassInput& in) {
@@ -108,7 +102,8 @@ void ShadowMaps::find_reach(const Light& light, const SubjectsShape& shape) {
 LightView ShadowMaps::scene_view(const PassInput& in, const PassLight& light, const Vec3& cell,
                                  std::span<const Vec3f> subjects, double far) const {
   const Bounds& scene = in.scene.bounds();
-  const bool sun = is_sun(light.light, scene);
+  // So far from the scene that a wide map would show it in a few texels.
+  const bool sun = is_beyond(light.light, scene, 4.0);
   if (light.recipe.hard)
     return view_of_points(at_middle(light.light), cell, 1, subjects, far, sun ? far / 2.0 : 0.02);
   if (!sun)

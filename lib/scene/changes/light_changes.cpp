@@ -7,6 +7,7 @@
 #include "scene/changes/light_places.h"
 #include "scene/changes/named_parts.h"
 #include "scene/changes/scene_changes.h"
+#include "scene/drawable.h"
 
 namespace polyhull {
 namespace {
@@ -22,8 +23,7 @@ Vec3 middle_of(const Bounds& bounds) {
 }  // namespace
 
 bool is_sun(const Light& light, const Bounds& bounds) {
-  return glm::distance(Vec3(light.centre), middle_of(bounds)) >
-         far_away * glm::length(bounds.max - bounds.min);
+  return is_beyond(light, bounds, far_away);
 }
 
 Vec3f around(const Mat3& turn, const Bounds& bounds, const Vec3f& point) {
